@@ -1,0 +1,26 @@
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+VENV := .venv
+READY := $(VENV)/ready
+
+.PHONY: run test verify clean
+
+run: $(READY)
+	$(VENV)/bin/python -m vesdyn run configs/typical.yaml
+	@echo "Figures: runs/typical/summary.png; in ParaView: runs/typical/frames.xdmf"
+
+test: $(READY)
+	$(VENV)/bin/python -m pytest -m "not verify" -n 2
+
+verify: $(READY)
+	$(VENV)/bin/python -m pytest -m verify -n 2
+
+# Built afresh whenever the requirements change, so that a forgotten requirement is noticed.
+$(READY): setup.cfg pyproject.toml
+	$(PYTHON) -m venv --clear $(VENV)
+	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --editable ".[test]"
+	touch $@
+
+# Results in runs/ stay.
+clean:
+	rm -rf $(VENV) vesdyn.egg-info .pytest_cache
+	find vesdyn tests -name __pycache__ -prune -exec rm -rf {} +

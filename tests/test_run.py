@@ -1,0 +1,302 @@
+"""The loop around the physics: time levels, and the same bits however a run is interrupted."""
+
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+import types
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import yaml
+
+from vesdyn import run
+from vesdyn.case import Case
+from vesdyn.relaxation import RelaxationError
+from vesdyn.run import run_case, time_levels
+from vesdyn.storage import RunDirectory, RunDirectoryError
+
+QUICK = Path(__file__).parents[1] / "configs" / "quick.yaml"
+
+
+# Time levels
+
+
+def test_frames_on_the_grid_change_nothing():
+    levels = time_levels(1.2, 0.002, (0.008, 0.044, 0.128, 0.56))
+    assert len(levels) == 600
+    assert np.max(np.abs(levels - 0.002 * np.arange(1, 601))) < 1e-12
+    assert {0.008, 0.044, 0.128, 0.56, 1.2} <= set(levels)
+
+
+def test_frames_off_the_grid_are_met_exactly_by_shorter_steps():
+    levels = time_levels(0.01, 0.002, (0.003, 0.0095))
+    steps = np.diff(levels, prepend=0.0)
+    assert {0.003, 0.0095, 0.01} <= set(levels)
+    assert np.all(steps > 0) and np.all(steps < 0.002 * (1 + 1e-9))
+    assert len(levels) == 2 + 4 + 1
+
+
+def test_frame_at_the_end_and_end_that_is_no_multiple():
+    assert time_levels(0.005, 0.002, (0.005,)).tolist() == time_levels(0.005, 0.002).tolist()
+    assert len(time_levels(0.005, 0.002)) == 3
+    assert time_levels(0.1, 0.1).tolist() == [0.1]
+
+
+@pytest.mark.parametrize("step", [0.001, 0.0005, 1 / 3000, 0.0025])
+def test_round_off_adds_no_step(step):
+    assert len(time_levels(600 * step, step, (7 * step, 300 * step))) == 600
+
+
+# Runs of a physics that is a chaotic map: one wrong bit anywhere shows in every later row
+
+
+class Physics:
+    """Stands in for Spreading; calls ``before_step(steps)`` ahead of each step."""
+
+    def __init__(self, case):
+        self.time, self.steps, self.x = 0.0, 0, np.array([0.1, 0.2, 0.3])
+
+    before_step = staticmethod(lambda steps: None)
+
+    def advance(self, until):
+        self.x *= 0.5  # what a failing step leaves behind must not matter
+        self.before_step(self.steps)
+        self.x *= 2.0
+        self.x = 3.9 * self.x * (1 - self.x) + (until - self.time) * 1e-3
+        self.time, self.steps = until, self.steps + 1
+
+    def history_row(self):
+        names = ("binding_area", "volume_error", "receptor_number_error", "residual")
+        return {"time": self.time} | dict.fromkeys(names, float(self.x[0])) | {"iterations": self.steps}
+
+    def frame(self):
+        return np.array([[0, 1, 2]]), {"position": np.eye(3), "density": self.x}, {"tension_1": self.x[:1]}
+
+    def state(self):
+        return {"time": self.time, "steps": self.steps, "x": self.x}
+
+    def restore(self, state):
+        self.time, self.steps, self.x = state["time"], state["steps"], state["x"]
+
+
+CASE = Case(
+    name="a",
+    time={"end": 0.02, "step": 0.001},
+    output={"frames": (0.0045, 0.01, 0.02), "checkpoint_minutes": 0.0},
+)
+
+
+@pytest.fixture
+def physics(monkeypatch):
+    """Put Physics in the place of the real one; return it, to set its ``before_step``."""
+    monkeypatch.setattr(run, "Spreading", Physics)
+    monkeypatch.setattr(Physics, "before_step", staticmethod(lambda steps: None))
+    pictures = types.ModuleType("vesdyn.pictures")
+    pictures.summary = lambda path: (Path(path) / "summary.png").write_bytes(b"")
+    monkeypatch.setitem(sys.modules, "vesdyn.pictures", pictures)
+    return Physics
+
+
+@pytest.fixture
+def uninterrupted(physics, tmp_path):
+    assert run_case(CASE, tmp_path / "reference").state == "finished"
+    return tmp_path / "reference"
+
+
+def interrupt_at(step, signals=(signal.SIGINT,)):
+    def before_step(steps):
+        if steps == step:
+            for number in signals:
+                os.kill(os.getpid(), number)
+
+    return staticmethod(before_step)
+
+
+def frames_of(path):
+    with h5py.File(path / "frames.h5") as file:
+        frames = {name: file[name] for name in file if name != "connectivity"}
+        return {name: (frame.attrs["time"], frame["density"][()].tolist()) for name, frame in frames.items()}
+
+
+def assert_same(path, reference):
+    assert (path / "history.csv").read_bytes() == (reference / "history.csv").read_bytes()
+    assert frames_of(path) == frames_of(reference)
+    assert (path / "frames.xdmf").read_bytes() == (reference / "frames.xdmf").read_bytes()
+
+
+def test_a_run_leaves_history_frames_checkpoint_and_picture(uninterrupted):
+    directory = RunDirectory(uninterrupted)
+    assert directory.frame_times() == [0.0, 0.0045, 0.01, 0.02]
+    assert directory.history()["time"].tolist() == time_levels(0.02, 0.001, CASE.output.frames).tolist()
+    assert directory.read_checkpoint()["time"] == 0.02
+    assert directory.status()["state"] == "finished"
+    assert directory.summary_file.exists()
+
+
+def test_outcome_tells_the_figures_of_the_history(physics, tmp_path):
+    outcome = run_case(CASE, tmp_path / "a")
+    history = RunDirectory(tmp_path / "a").history()
+    assert (outcome.time, outcome.steps, outcome.exit_status) == (0.02, len(history["time"]), 0)
+    assert outcome.binding_area == history["binding_area"][-1]
+    assert outcome.volume_error == max(abs(history["volume_error"]))
+
+
+def test_a_finished_run_is_not_run_again_unless_told_to(physics, uninterrupted, monkeypatch):
+    monkeypatch.setattr(run, "Spreading", None)
+    outcome = run_case(CASE, uninterrupted)
+    assert outcome.exit_status == 0 and "--restart" in outcome.reason
+    monkeypatch.setattr(run, "Spreading", Physics)
+    assert not run_case(CASE, uninterrupted, restart=True).reason
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("step", [0, 4, 13])
+@pytest.mark.parametrize("checkpoint_minutes", [0.0, 60.0])
+def test_interrupted_run_goes_on_to_the_same_bits(physics, tmp_path, number, step, checkpoint_minutes):
+    case = CASE.model_copy(update={"output": CASE.output.model_copy(update={"checkpoint_minutes": checkpoint_minutes})})
+    run_case(case, tmp_path / "reference")
+    before = signal.getsignal(number)
+    physics.before_step = interrupt_at(step, (number,))
+    outcome = run_case(case, tmp_path / "a")
+    assert (outcome.state, outcome.exit_status, outcome.steps) == ("interrupted", 130, step + 1)
+    assert signal.Signals(number).name in outcome.reason
+    assert signal.getsignal(number) is before
+    physics.before_step = staticmethod(lambda steps: None)
+    assert run_case(case, tmp_path / "a").state == "finished"
+    assert_same(tmp_path / "a", tmp_path / "reference")
+
+
+def test_interrupt_in_the_last_step_still_finishes(physics, tmp_path):
+    physics.before_step = interrupt_at(len(time_levels(0.02, 0.001, CASE.output.frames)) - 1)
+    assert run_case(CASE, tmp_path / "a").state == "finished"
+
+
+def test_second_interrupt_stops_within_the_step(physics, tmp_path, uninterrupted):
+    physics.before_step = interrupt_at(7, (signal.SIGINT, signal.SIGINT))
+    outcome = run_case(CASE, tmp_path / "a")
+    assert (outcome.state, outcome.steps) == ("interrupted", 7)
+    physics.before_step = staticmethod(lambda steps: None)
+    assert run_case(CASE, tmp_path / "a").state == "finished"
+    assert_same(tmp_path / "a", uninterrupted)
+
+
+def fail_at(step, error):
+    def before_step(steps):
+        if steps == step:
+            raise error
+
+    return staticmethod(before_step)
+
+
+@pytest.mark.parametrize("step", [0, 9])
+def test_failed_relaxation_is_an_outcome_with_the_last_good_state_kept(physics, tmp_path, uninterrupted, step):
+    physics.before_step = fail_at(step, RelaxationError("it stalls; shorten time.step."))
+    outcome = run_case(CASE, tmp_path / "a")
+    assert (outcome.state, outcome.exit_status, outcome.steps) == ("failed", 1, step)
+    assert outcome.reason == "it stalls; shorten time.step."
+    physics.before_step = staticmethod(lambda steps: None)
+    assert run_case(CASE, tmp_path / "a").state == "finished"
+    assert_same(tmp_path / "a", uninterrupted)
+
+
+def test_unforeseen_error_is_raised_and_noted(physics, tmp_path):
+    physics.before_step = fail_at(3, ZeroDivisionError("why"))
+    with pytest.raises(ZeroDivisionError):
+        run_case(CASE, tmp_path / "a")
+    assert RunDirectory(tmp_path / "a").status()["reason"] == "ZeroDivisionError: why"
+
+
+def test_run_killed_before_its_first_checkpoint_starts_over(physics, tmp_path, uninterrupted):
+    physics.before_step = fail_at(6, MemoryError())
+    with pytest.raises(MemoryError):
+        run_case(CASE, tmp_path / "a")
+    for name in ("checkpoint.h5", "checkpoint_previous.h5"):
+        (tmp_path / "a" / name).unlink()
+    physics.before_step = staticmethod(lambda steps: None)
+    assert run_case(CASE, tmp_path / "a").state == "finished"
+    assert_same(tmp_path / "a", uninterrupted)
+
+
+def test_damaged_checkpoint_costs_a_few_steps_only(physics, tmp_path, uninterrupted):
+    physics.before_step = interrupt_at(12)
+    run_case(CASE, tmp_path / "a")
+    (tmp_path / "a" / "checkpoint.h5").write_bytes(b"damaged")
+    physics.before_step = staticmethod(lambda steps: None)
+    with pytest.warns(UserWarning, match="damaged"):
+        run_case(CASE, tmp_path / "a")
+    assert_same(tmp_path / "a", uninterrupted)
+
+
+def test_another_case_in_the_directory_is_refused(physics, uninterrupted):
+    with pytest.raises(RunDirectoryError, match="drag 0.07 there, 0.08 here"):
+        run_case(CASE.model_copy(update={"drag": 0.08}), uninterrupted)
+
+
+def test_doubts_are_warned_of(physics, tmp_path):
+    with pytest.warns(UserWarning, match="drag: without drag"):
+        run_case(CASE.model_copy(update={"drag": 0.0}), tmp_path / "a")
+
+
+# The real thing, through the command line
+
+
+def vesdyn(directory, *arguments):
+    command = [sys.executable, "-m", "vesdyn", *map(str, arguments)]
+    return subprocess.Popen(command, cwd=directory, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def finish(process):
+    stdout, stderr = process.communicate()
+    return process.returncode, stdout, stderr
+
+
+def wait_for_rows(file, rows, process):
+    while not (file.exists() and file.read_text().count("\n") > rows):
+        assert process.poll() is None, process.stderr.read()
+        time.sleep(0.005)
+
+
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory):
+    """The directory of the quick case, run in one go."""
+    directory = tmp_path_factory.mktemp("quick")
+    status, stdout, stderr = finish(vesdyn(directory, "run", QUICK))
+    assert status == 0, stderr
+    assert "binding area" in stdout
+    return directory / "runs" / "quick"
+
+
+def test_quick_case_leaves_everything(quick):
+    expected = {"case.yaml", "status.yaml", "history.csv", "frames.h5", "frames.xdmf", "summary.png", "checkpoint.h5"}
+    assert {file.name for file in quick.iterdir()} >= expected
+    columns = (
+        "time, binding_area, contact_radius, pressure, volume_error, receptor_number_error, density_min, density_max,"
+        " membrane_area, height, elastic_energy, adhesion_work, dissipation, iterations, residual"
+    )
+    history = RunDirectory(quick).history()
+    assert list(history)[:15] == columns.split(", ")
+    assert all(np.all(np.isfinite(values)) for values in history.values())
+    assert math.isclose(history["time"][-1], 0.06)
+    with h5py.File(quick / "frames.h5") as file:
+        assert file["frame_0001"].keys() >= {"position", "density", "gap", "traction", "tension_1", "tension_2"}
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
+def test_quick_case_stopped_and_resumed_gives_the_same_bits(quick, tmp_path, number):
+    case = ["run", QUICK, "--set", "output.checkpoint_minutes=0", "--out", "a"]
+    process = vesdyn(tmp_path, *case)
+    wait_for_rows(tmp_path / "a" / "history.csv", 3, process)
+    process.send_signal(number)
+    status, _, stderr = finish(process)
+    assert status == (-signal.SIGKILL if number == signal.SIGKILL else 130), stderr
+    status, stdout, _ = finish(vesdyn(tmp_path, "info", "a"))
+    assert ("killed" if number == signal.SIGKILL else "interrupted") in stdout
+    status, _, stderr = finish(vesdyn(tmp_path, "resume", "a", "--quiet"))
+    assert (status, stderr) == (0, "")
+    assert_same(tmp_path / "a", quick)
+    assert yaml.safe_load((tmp_path / "a" / "status.yaml").read_text())["state"] == "finished"

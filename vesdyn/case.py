@@ -1,0 +1,345 @@
+"""A case: everything that decides what a run computes, read from YAML, validated once and frozen.
+
+The keys are the public interface; each is declared once, below, with its default, its limits and its unit.
+Units: length a0 (initial diameter), time a0^2/D, energy kT, receptor density c_r0 (initial density).
+"""
+
+import difflib
+import math
+import re
+from pathlib import Path
+from typing import Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+
+class CaseError(ValueError):
+    """A case that cannot be run; one sentence a line, each with file, key, what is wrong and what to do."""
+
+
+# The keys ------------------------------------------------------------------------------------------------
+
+
+class _Section(BaseModel):
+    """Frozen; unknown keys, NaN, infinities, and text or true/false in the place of numbers are refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, validate_default=True)
+
+
+class Membrane(_Section):
+    shear_modulus: float = Field(1.81, gt=0, description="in-plane shear modulus K = G h [kT/a0^2]")
+    thickness: float = Field(0.0, ge=0, description="shell thickness h [a0]; 0: a membrane without bending")
+    prestretch: float = Field(1.0, ge=1, description="stretch of the initial sphere against its stress-free state")
+
+
+class Adhesion(_Section):
+    traction: float = Field(2.416, ge=0, description="largest traction T_max at the initial density [kT/a0^3]")
+    cutoff: float = Field(0.1, gt=0, description="gap d_c beyond which the traction vanishes [a0]")
+    ligand_ratio: float = Field(8.0, gt=0, description="ligands waiting for each receptor, q = c_l / c_r0")
+
+
+class Receptors(_Section):
+    mobility: float | None = Field(2.1875, ge=0, description="mobility number; drift number = mobility x ligand_ratio")
+    drift_number: float | None = Field(None, ge=0, description="drift number itself, in the place of mobility")
+    frozen: bool = Field(False, description="true: the density stays as it is")
+
+    def resolved(self, ligand_ratio):
+        """Return a copy with both ``mobility`` and ``drift_number``, from whichever of them was given.
+
+        Raises ValueError if both were given and disagree.
+        """
+        mobility, drift_number = self.mobility, self.drift_number
+        if drift_number is None:
+            mobility = type(self).model_fields["mobility"].default if mobility is None else mobility
+            drift_number = mobility * ligand_ratio
+        elif mobility is None or "mobility" not in self.model_fields_set:
+            mobility = drift_number / ligand_ratio
+        elif not math.isclose(drift_number, mobility * ligand_ratio, rel_tol=1e-12):
+            raise ValueError(
+                f"receptors.drift_number: {drift_number:g} contradicts mobility x ligand_ratio ="
+                f" {mobility * ligand_ratio:g}; give only one of the two (null leaves one out)."
+            )
+        return self.model_copy(update={"mobility": mobility, "drift_number": drift_number})
+
+
+class Mesh(_Section):
+    front_edge: float = Field(0.015, gt=0, description="edge length where the membrane will touch [a0]")
+    far_edge: float = Field(0.05, gt=0, le=0.5, description="edge length far above the substrate [a0]")
+    layout: Literal["rings", "spiral"] = Field("rings", description="how the vertices are laid out: rings or spiral")
+
+
+class Time(_Section):
+    end: float = Field(1.2, gt=0, description="end of the run [a0^2/D]")
+    step: float = Field(0.002, ge=1e-9, description="coupling step, shortened to land on the frames [a0^2/D]")
+
+
+class Output(_Section):
+    frames: tuple[float, ...] = Field(
+        (0.008, 0.044, 0.128, 0.56), strict=False, description="times of the stored shapes, beside t = 0 [a0^2/D]"
+    )
+    checkpoint_minutes: float = Field(0.5, ge=0, description="wall time between checkpoints [min]; 0: every step")
+
+
+class Solver(_Section):
+    tolerance: float = Field(1e-4, gt=0, lt=1, description="largest scaled out-of-balance force of a node")
+    damping: Literal["viscous", "kinetic"] = Field("viscous", description="damping: viscous or kinetic")
+    max_iterations: int = Field(20000, ge=1, description="iterations after which a step is given up")
+
+
+class Case(_Section):
+    """Everything that decides what a run computes. Frozen, comparable, picklable; made by ``load_case``."""
+
+    name: str = Field(
+        max_length=100,
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$",
+        description="name of the case and of its directory in runs/",
+    )
+    model: Literal["surface"] = Field("surface", description="how the membrane is discretised: surface (triangles)")
+    membrane: Membrane = Membrane()
+    adhesion: Adhesion = Adhesion()
+    receptors: Receptors = Receptors()
+    drag: float = Field(0.07, ge=0, description="drag per unit reference area [kT D^-1 a0^-2]; 0: statics at each step")
+    mesh: Mesh = Mesh()
+    time: Time = Time()
+    output: Output = Output()
+    solver: Solver = Solver()
+
+    @model_validator(mode="after")
+    def _consistent(self):
+        """Check what concerns several keys at once, and resolve the drift number."""
+        problems = []
+        if self.membrane.thickness > 0:
+            problems.append(
+                f"membrane.thickness: {self.membrane.thickness:g} asks for bending, which is not implemented yet;"
+                " set it to 0."
+            )
+        if self.mesh.front_edge > self.mesh.far_edge:
+            problems.append(
+                f"mesh.front_edge: {self.mesh.front_edge:g} is longer than far_edge = {self.mesh.far_edge:g};"
+                " the mesh is finest at the front, so exchange or equal them."
+            )
+        if self.time.step > self.time.end:
+            problems.append(
+                f"time.step: {self.time.step:g} is longer than the whole run, end = {self.time.end:g}; shorten it."
+            )
+        frames = self.output.frames
+        if any(t <= 0 for t in frames):
+            problems.append(f"output.frames: {min(frames):g} is not after t = 0, which is always stored; leave it out.")
+        if any(t > self.time.end for t in frames):
+            problems.append(
+                f"output.frames: {max(frames):g} is after the end of the run, {self.time.end:g};"
+                " leave it out or raise time.end."
+            )
+        if any(b <= a for a, b in zip(frames, frames[1:])):
+            problems.append(f"output.frames: {list(frames)} does not increase; sort it and drop repetitions.")
+        try:
+            object.__setattr__(self, "receptors", self.receptors.resolved(self.adhesion.ligand_ratio))
+        except ValueError as contradiction:
+            problems.append(str(contradiction))
+        if problems:
+            raise ValueError("\n".join(problems))
+        return self
+
+    @property
+    def drift_number(self):
+        """Drift number mobility x ligand_ratio, from whichever of ``mobility`` and ``drift_number`` was given."""
+        return self.receptors.drift_number
+
+    def warnings(self):
+        """Return a sentence for each thing that can be computed but is doubtful."""
+        membrane, adhesion, mesh = self.membrane, self.adhesion, self.mesh
+        doubts = []
+        if adhesion.cutoff < 3 * mesh.front_edge:
+            doubts.append(
+                f"adhesion.cutoff: {adhesion.cutoff:g} is shorter than three front edges ({3 * mesh.front_edge:g}),"
+                " so the traction is poorly resolved; refine mesh.front_edge."
+            )
+        if self.time.step > 0.004 and not self.receptors.frozen:
+            doubts.append(
+                f"time.step: {self.time.step:g} is above 0.004, where the first-order error of the early binding area"
+                " passes about 5 %; shorten it."
+            )
+        if adhesion.traction * adhesion.cutoff / 2 < 1e-3 * membrane.shear_modulus:
+            doubts.append(
+                "adhesion.traction: the adhesion energy traction x cutoff / 2 ="
+                f" {adhesion.traction * adhesion.cutoff / 2:g} is under a thousandth of the shear modulus,"
+                " so the vesicle will hardly spread."
+            )
+        if adhesion.ligand_ratio < 1:
+            doubts.append(
+                f"adhesion.ligand_ratio: {adhesion.ligand_ratio:g} leaves receptors without ligands from the start,"
+                " so the traction is capped below adhesion.traction."
+            )
+        if self.drag == 0 and not self.receptors.frozen:
+            doubts.append(
+                "drag: without drag the vesicle jumps to static equilibrium in the first step, and how it then spreads"
+                " follows from the receptors alone; the paper's cases need drag: 0.07."
+            )
+        return doubts
+
+    def resolved(self):
+        """Return every key with its value, defaults included, as plain dicts, lists, text and numbers."""
+        return self.model_dump(mode="json")
+
+    def to_yaml(self):
+        """Return the resolved case as YAML that ``load_case`` reads back to an equal case."""
+        return yaml.safe_dump(self.resolved(), sort_keys=False, default_flow_style=None, width=110)
+
+
+def template():
+    """Return a commented case file with every key, its default, its meaning and its unit."""
+    lines = ["# A vesdyn case. Units: length a0 (initial diameter), time a0^2/D, energy kT, density c_r0.", ""]
+
+    def add(key, field, default, indent=""):
+        value = _as_yaml(default)
+        key = f"# {key}" if default is None else key
+        lines.append(f"{indent + key + ': ' + value:<42}# {field.description}")
+
+    for key, field in Case.model_fields.items():
+        if isinstance(field.default, _Section):
+            lines.append(f"{key}:")
+            for subkey, subfield in type(field.default).model_fields.items():
+                default = subfield.default
+                add(subkey, subfield, list(default) if isinstance(default, tuple) else default, "  ")
+        else:
+            add(key, field, "typical" if field.is_required() else field.default)
+    return "\n".join(lines) + "\n"
+
+
+def _as_yaml(value):
+    """Return ``value`` as YAML on one line."""
+    return yaml.safe_dump(value, default_flow_style=True, width=math.inf).removesuffix("...\n").strip()
+
+
+# Reading -------------------------------------------------------------------------------------------------
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML as a case needs it: ``1e-3`` is a number, and a key given twice is an error."""
+
+    def construct_mapping(self, node, deep=False):
+        seen = set()
+        for key_node, _ in node.value:
+            if key_node.value in seen:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"the key {key_node.value} is given twice", key_node.start_mark
+                )
+            seen.add(key_node.value if isinstance(key_node.value, str) else id(key_node))
+        return super().construct_mapping(node, deep)
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"), list("-+.0123456789")
+)
+
+
+def load_case(path, overrides=()):
+    """Read and validate a case.
+
+    ``path`` is the YAML file; ``overrides`` are strings ``key.sub=value`` that replace what it says, their
+    values read as YAML. A mapping under ``provenance``, as a run stores it, is passed over.
+
+    Raises CaseError.
+    """
+    try:
+        raw = _parse(Path(path).read_bytes(), path)
+    except OSError as error:
+        raise CaseError(f"{path}: {error.strerror or error}; give the path of a case file.") from None
+    if raw is None:
+        raise CaseError(f"{path}: the file is empty; `vesdyn template` prints one to start from.")
+    if not isinstance(raw, dict):
+        raise CaseError(f"{path}: not a mapping of keys to values; `vesdyn template` prints one to start from.")
+    raw.pop("provenance", None)
+    replaced = [_override(raw, text) for text in overrides]
+
+    def source(key):
+        given_by_hand = any(key == k or key.startswith((f"{k}.", f"{k}[")) for k in replaced)
+        return f"--set {key}" if given_by_hand else f"{path}: {key}"
+
+    try:
+        return Case.model_validate(raw)
+    except ValidationError as error:
+        sentences = [s for e in error.errors() for s in _sentences(e)]
+        raise CaseError("\n".join(f"{source(key)}: {text}" for key, text in sentences)) from None
+
+
+def _parse(text, source):
+    """Return the YAML ``text`` as plain Python; raise CaseError naming ``source`` and the line."""
+    try:
+        return yaml.load(text, _Loader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        problem = error.problem or error.context
+        raise CaseError(f"{source}: line {mark.line + 1}: {problem}; correct the YAML.") from None
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise CaseError(f"{source}: not readable as YAML ({str(error).splitlines()[0]}); correct it.") from None
+
+
+def _override(raw, text):
+    """Put ``key.sub=value`` into the nested dict ``raw``; return the key."""
+    key, equals, value = text.partition("=")
+    key = key.strip()
+    *sections, last = key.split(".")
+    if not equals or not all([*sections, last]):
+        raise CaseError(f"--set {text}: not of the form key.sub=value; write for instance --set time.end=0.5.")
+    for section in sections:
+        raw = raw.setdefault(section, {})
+        if not isinstance(raw, dict):
+            raise CaseError(f"--set {key}: {section} holds a value and has no keys in it; see `vesdyn template`.")
+    raw[last] = _parse(value, f"--set {key}")
+    return key
+
+
+# Errors as sentences -------------------------------------------------------------------------------------
+
+
+_NUMBER = "is not a number; write a plain one such as 0.07, without quotes or units."
+_WRONG = {  # pydantic's error type: what to say after the value
+    "float_type": _NUMBER,
+    "finite_number": "is not a finite number; give a finite one.",
+    "int_type": "is not a whole number; write one such as 20000.",
+    "bool_type": "is neither true nor false; write one of them.",
+    "string_type": "is not text; put it in quotes.",
+    "string_pattern_mismatch": "cannot name a directory; use letters, digits, and after the first '.', '_', '-'.",
+    "string_too_long": "is too long; use at most {max_length} characters.",
+    "tuple_type": "is not a list; write one such as [0.1, 0.2].",
+    "model_type": "is not a section with keys; write for instance `{{key: value}}`, or leave it out.",
+    "literal_error": "is not available; choose {expected}.",
+    "greater_than": "is out of range; it must be greater than {gt:g}.",
+    "greater_than_equal": "is out of range; it must be at least {ge:g}.",
+    "less_than": "is out of range; it must be less than {lt:g}.",
+    "less_than_equal": "is out of range; it must be at most {le:g}.",
+}
+
+
+def _sentences(error):
+    """Return (key, sentence) pairs for one of pydantic's errors."""
+    if error["type"] == "value_error":  # from Case._consistent: sentences already
+        return [line.split(": ", 1) for line in str(error["ctx"]["error"]).splitlines()]
+    key = ".".join(str(part) for part in error["loc"])
+    key = re.sub(r"\.(\d+)$", r"[\1]", key)
+    if error["type"] == "missing":
+        return [(key, "missing; give it.")]
+    if error["type"] in ("extra_forbidden", "invalid_key"):
+        return [(key, f"unknown key, {_suggestion(error['loc'])}")]
+    value = _as_yaml(error["input"])
+    value = value if len(value) <= 60 else f"{value[:57]}..."
+    wrong = _WRONG.get(error["type"])
+    wrong = wrong.format(**error.get("ctx", {})) if wrong else f"is refused: {error['msg']}."
+    return [(key, f"{value} {wrong}")]
+
+
+def _suggestion(location):
+    """Return which key may have been meant by the unknown one at ``location``."""
+    defaults = {key: field.default for key, field in Case.model_fields.items()}
+    sections = {key: type(value).model_fields for key, value in defaults.items() if isinstance(value, _Section)}
+    *parents, unknown = (str(part) for part in location)
+    siblings = list(sections[parents[0]] if parents else Case.model_fields)
+    if near := difflib.get_close_matches(unknown, siblings, n=1):
+        return f"did you mean {near[0]}?"
+    elsewhere = {subkey: f"{key}.{subkey}" for key, subkeys in sections.items() for subkey in subkeys}
+    elsewhere |= {key: key for key in Case.model_fields}
+    if near := difflib.get_close_matches(unknown, elsewhere, n=1):
+        return f"did you mean {elsewhere[near[0]]}?"
+    return f"leave it out; the keys here are {', '.join(siblings)}."

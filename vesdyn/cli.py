@@ -1,0 +1,151 @@
+"""The command line: ``vesdyn run``, ``resume``, ``info`` and ``template``.
+
+Exit status 0: done; 1: the run failed; 2: the case or the command cannot be used; 130: interrupted.
+"""
+
+import argparse
+import sys
+import warnings
+from pathlib import Path
+
+# Imports of the parts are inside the commands, so that each command waits for what it uses only.
+
+
+def main(argv=None):
+    """Carry out the command line ``argv`` (by default that of the process); return the exit status."""
+    arguments = _parser().parse_args(argv)
+    from vesdyn.case import CaseError
+    from vesdyn.storage import RunDirectoryError
+
+    try:
+        with warnings.catch_warnings():
+            warnings.showwarning = lambda message, *_: print(f"vesdyn: warning: {message}", file=sys.stderr)
+            return arguments.command(arguments)
+    except (CaseError, RunDirectoryError) as error:
+        return _refuse(error, 2)
+    except OSError as error:
+        return _refuse(error, 1)
+    except KeyboardInterrupt:
+        return 130
+
+
+def _refuse(error, exit_status):
+    for sentence in str(error).splitlines():
+        print(f"vesdyn: {sentence}", file=sys.stderr)
+    return exit_status
+
+
+def _parser():
+    parser = argparse.ArgumentParser(prog="vesdyn", description="A vesicle spreads on a substrate.")
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def add(name, function, summary, operand, meaning):
+        command = commands.add_parser(name, help=summary, description=summary)
+        command.set_defaults(command=function)
+        if operand:
+            command.add_argument(operand.lower(), metavar=operand, type=Path, help=meaning)
+        return command
+
+    quiet = {"action": "store_true", "help": "print nothing but errors"}
+    run = add("run", _run, "run a case, or go on with it if it was interrupted", "CASE", "the case file (YAML)")
+    run.add_argument("--out", type=Path, metavar="DIR", help="where the run is stored (default: runs/<name>)")
+    run.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="replace a key of the case: --set time.end=0.5"
+    )
+    run.add_argument("--restart", action="store_true", help="remove an earlier run in the directory first")
+    run.add_argument("--quiet", **quiet)
+    resume = add("resume", _resume, "go on with an interrupted run", "DIR", "the directory of the run")
+    resume.add_argument("--quiet", **quiet)
+    add("info", _info, "say how a run stands", "DIR", "the directory of the run")
+    add("template", _template, "print a commented case file with every key", None, None)
+    return parser
+
+
+class _Version(argparse.Action):
+    def __call__(self, parser, *_):
+        from vesdyn import __version__
+
+        print(f"vesdyn {__version__}")
+        parser.exit()
+
+
+def _run(arguments):
+    from vesdyn.case import load_case
+
+    case = load_case(arguments.case, arguments.set)
+    return _compute(case, arguments.out or Path("runs", case.name), arguments.quiet, arguments.restart)
+
+
+def _resume(arguments):
+    from vesdyn.case import load_case
+
+    return _compute(load_case(arguments.dir / "case.yaml"), arguments.dir, arguments.quiet)
+
+
+def _compute(case, directory, quiet, restart=False):
+    from vesdyn.run import run_case
+
+    if quiet:
+        warnings.simplefilter("ignore")
+    outcome = run_case(case, directory, progress=not quiet, restart=restart)
+    if outcome.state == "failed":
+        print(f"vesdyn: {directory}: {outcome.reason}", file=sys.stderr)
+    elif not quiet:
+        print(f"{directory}: {outcome.reason}" if outcome.reason else f"{directory}: finished.")
+    if not quiet:
+        print(_figures(outcome))
+        if outcome.state == "finished":
+            files = ("summary.png", "history.csv", "frames.xdmf", "frames.h5", "case.yaml")
+            print(f"  files: {', '.join(files)} in {directory}")
+    if outcome.state == "interrupted" and not quiet:
+        print(f"Go on with it by: vesdyn resume {directory}")
+    return outcome.exit_status
+
+
+def _figures(outcome):
+    minutes, seconds = divmod(outcome.wall_time, 60)
+    return "\n".join(
+        (
+            f"  t = {outcome.time:g} after {outcome.steps} steps in {minutes:.0f} min {seconds:04.1f} s",
+            f"  binding area                  {outcome.binding_area:.6g} a0^2",
+            f"  largest volume error          {outcome.volume_error:.1e}",
+            f"  largest receptor-number error {outcome.receptor_number_error:.1e}",
+        )
+    )
+
+
+def _info(arguments):
+    from vesdyn.case import load_case
+    from vesdyn.storage import RunDirectory
+
+    directory = RunDirectory(arguments.dir)
+    case = load_case(directory.case_file)
+    status, history, origin = directory.status(), directory.history(), directory.origin() or {}
+    state = status.get("state", "not begun")
+    if state == "running" and not directory.busy():
+        state = "killed"
+    advice = {"finished": "", "running": ""}.get(state, f"  (vesdyn resume {arguments.dir})")
+    print(f"{case.name}: {state}{advice}")
+    if status.get("reason"):
+        print(f"  {status['reason']}")
+    if history:
+        print(f"  t = {history['time'][-1]:g} of {case.time.end:g} after {len(history['time'])} steps")
+        print(f"  wall time {status['wall_time']:.1f} s up to the last checkpoint")
+        for column in ("binding_area", "pressure", "density_min", "density_max", "residual"):
+            print(f"  {column:<24} {history[column][-1]:.6g}")
+        for column in ("volume_error", "receptor_number_error"):
+            print(f"  {column:<24} {max(abs(history[column])):.1e} at most")
+    print(f"  frames at t = {', '.join(f'{t:g}' for t in directory.frame_times()) or 'none yet'}")
+    parts = ("vesdyn", "commit", "python", "numba", "numpy", "scipy")
+    print(f"  computed by {', '.join(f'{part} {origin[part]}' for part in parts if part in origin)}")
+    for sentence in origin.get("warnings", ()):
+        print(f"  warning: {sentence}")
+    return 0
+
+
+def _template(arguments):
+    from vesdyn.case import template
+
+    print(template(), end="")
+    return 0

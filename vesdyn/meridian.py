@@ -1,0 +1,187 @@
+"""Axisymmetric shell: mesh, forces, volume, areas, edge conductances.
+
+Conical segments between rings. With L, R the reference length and mean radius of a segment and l, r the
+current ones, the principal stretches are l1 = l/L (meridian) and l2 = r/R (hoop), so J = A/A0 exactly:
+
+    E = sum A0 W(I1, J),  A0 = 2 pi R L,        V = pi/3 sum (r_a^2 + r_a r_b + r_b^2) (z_b - z_a)
+
+A node is a ring, x = (r, z), numbered from the contact pole to the top pole; forces, areas and numbers are
+those of the whole ring, so that energies and areas are the same as on a triangulated surface. The two
+poles stay on the axis. Second order in the segment length.
+"""
+from typing import NamedTuple
+
+import numpy as np
+
+from vesdyn import body as generic
+from vesdyn._jit import njit
+from vesdyn.neo_hookean import (
+    principal_tension,
+    strain_energy,
+    strain_energy_I1,
+    strain_energy_J,
+    strain_energy_JJ,
+)
+
+
+class Meridian(NamedTuple):
+    """A meridian from pole to pole with its stress-free reference."""
+
+    shear_modulus: float  # K [kT/a0^2]
+    elements: np.ndarray  # (n_segments, 2) nodes of each segment, lower first
+    length: np.ndarray  # (n_segments,) reference length L [a0]
+    radius: np.ndarray  # (n_segments,) reference mean radius R [a0]
+    reference_area: np.ndarray  # (n_nodes,) reference area of each ring [a0^2]
+    edges: np.ndarray  # (n_segments, 2) the elements once more: receptors travel along them
+
+
+def build_meridian(x, shear_modulus, prestretch=1.0):
+    """Make a `Meridian` whose start state ``x`` is stretched by ``prestretch`` against its reference.
+
+    ``x`` (n_nodes, 2) are (r, z) [a0] from the lower to the upper pole. Raises ValueError where the ends
+    are off the axis or the curve does not enclose a positive volume.
+    """
+    if x[0, 0] != 0.0 or x[-1, 0] != 0.0:
+        raise ValueError("meridian: the first and the last node must lie on the axis r = 0")
+    if np.any(x[1:-1, 0] <= 0.0):
+        raise ValueError("meridian: a node between the poles has r <= 0")
+    n = len(x)
+    elements = np.stack([np.arange(n - 1), np.arange(1, n)], axis=1).astype(np.uint32)
+    body = Meridian(
+        shear_modulus=float(shear_modulus),
+        elements=elements,
+        length=np.linalg.norm(np.diff(x, axis=0), axis=1) / prestretch,
+        radius=0.5 * (x[1:, 0] + x[:-1, 0]) / prestretch,
+        reference_area=np.zeros(n),
+        edges=elements,
+    )
+    nodal = np.zeros((n, 5))
+    if not add_elastic_forces(body, x, nodal) > 0.0:
+        raise ValueError("meridian: the curve runs from the top to the contact (negative volume); reverse it")
+    return body._replace(reference_area=nodal[:, 4] / prestretch**2)
+
+
+@njit
+def stretches(body, x, e):
+    """Principal stretches of segment ``e``: meridional, hoop."""
+    a, b = body.elements[e, 0], body.elements[e, 1]
+    length = np.hypot(x[b, 0] - x[a, 0], x[b, 1] - x[a, 1])
+    return length / body.length[e], 0.5 * (x[a, 0] + x[b, 0]) / body.radius[e]
+
+
+@generic.dimension.register(Meridian)
+@njit
+def dimension(body):
+    """See `vesdyn.body.dimension`."""
+    return 2
+
+
+@generic.add_elastic_forces.register(Meridian)
+@njit
+def add_elastic_forces(body, x, nodal):
+    """See `vesdyn.body.add_elastic_forces`."""
+    K = body.shear_modulus
+    volume = 0.0
+    for e in range(body.elements.shape[0]):
+        a, b = body.elements[e, 0], body.elements[e, 1]
+        ra, rb = x[a, 0], x[b, 0]
+        dr, dz = rb - ra, x[b, 1] - x[a, 1]
+        l = np.sqrt(dr * dr + dz * dz)
+        L, R = body.length[e], body.radius[e]
+        l1, l2 = l / L, 0.5 * (ra + rb) / R
+        A0 = 2.0 * np.pi * R * L
+        W_J = strain_energy_J(K, 1.0 / (l1 * l2))
+        meridional = A0 * (2.0 * strain_energy_I1(K) * l1 + W_J * l2) / (L * l)  # -dE/dl per l
+        hoop = A0 * (2.0 * strain_energy_I1(K) * l2 + W_J * l1) * 0.5 / R  # -dE/dr of either node
+        nodal[a, 0] += meridional * dr - hoop
+        nodal[a, 1] += meridional * dz
+        nodal[b, 0] -= meridional * dr + hoop
+        nodal[b, 1] -= meridional * dz
+        disc = np.pi / 3.0 * (ra * ra + ra * rb + rb * rb)
+        volume += disc * dz
+        nodal[a, 2] += np.pi / 3.0 * (2.0 * ra + rb) * dz
+        nodal[a, 3] -= disc
+        nodal[b, 2] += np.pi / 3.0 * (2.0 * rb + ra) * dz
+        nodal[b, 3] += disc
+        nodal[a, 4] += np.pi / 3.0 * l * (2.0 * ra + rb)
+        nodal[b, 4] += np.pi / 3.0 * l * (2.0 * rb + ra)
+    for pole in (0, x.shape[0] - 1):  # kept on the axis
+        nodal[pole, 0] = nodal[pole, 2] = 0.0
+    return volume
+
+
+@generic.elastic_energy.register(Meridian)
+@njit
+def elastic_energy(body, x):
+    """See `vesdyn.body.elastic_energy`."""
+    energy = 0.0
+    for e in range(body.elements.shape[0]):
+        l1, l2 = stretches(body, x, e)
+        A0 = 2.0 * np.pi * body.radius[e] * body.length[e]
+        energy += A0 * strain_energy(body.shear_modulus, l1 * l1 + l2 * l2, 1.0 / (l1 * l2))
+    return energy
+
+
+@generic.principal_tensions.register(Meridian)
+@njit
+def principal_tensions(body, x, tension):
+    """See `vesdyn.body.principal_tensions`: meridional, hoop."""
+    for e in range(body.elements.shape[0]):
+        l1, l2 = stretches(body, x, e)
+        tension[e, 0] = principal_tension(body.shear_modulus, l1, 1.0 / (l1 * l2))
+        tension[e, 1] = principal_tension(body.shear_modulus, l2, 1.0 / (l1 * l2))
+
+
+@generic.add_stiffness_bounds.register(Meridian)
+@njit
+def add_stiffness_bounds(body, x, pressure, bound):
+    """See `vesdyn.body.add_stiffness_bounds`.
+
+    K_e <= A0 [(W_11^(1/2) |dl1/dx| + W_22^(1/2) |dl2/dx|)^2 + |W_1| / (l L) 2], |dl1/dx|^2 = 2/L^2 and
+    |dl2/dx|^2 = 1/(2 R^2); W_ij the second derivatives with respect to the stretches, W_12^2 <= W_11 W_22.
+    """
+    K = body.shear_modulus
+    for e in range(body.elements.shape[0]):
+        a, b = body.elements[e, 0], body.elements[e, 1]
+        l1, l2 = stretches(body, x, e)
+        L, R = body.length[e], body.radius[e]
+        l3 = 1.0 / (l1 * l2)
+        W_11 = 2.0 * strain_energy_I1(K) + strain_energy_JJ(K, l3) * l2 * l2
+        W_22 = 2.0 * strain_energy_I1(K) + strain_energy_JJ(K, l3) * l1 * l1
+        W_1 = 2.0 * strain_energy_I1(K) * l1 + strain_energy_J(K, l3) * l2
+        material = (np.sqrt(2.0 * W_11) / L + np.sqrt(0.5 * W_22) / R) ** 2
+        geometric = 2.0 * abs(W_1) / (L * L * l1)
+        A0 = 2.0 * np.pi * R * L
+        fluid = abs(pressure) * 2.0 * np.pi * max(x[a, 0], x[b, 0], l1 * L)
+        bound[a] += A0 * (material + geometric) + fluid
+        bound[b] += A0 * (material + geometric) + fluid
+
+
+@generic.edge_conductances.register(Meridian)
+@njit
+def edge_conductances(body, x, conductance):
+    """See `vesdyn.body.edge_conductances`: mean circumference over length; never negative."""
+    for e in range(body.elements.shape[0]):
+        a, b = body.elements[e, 0], body.elements[e, 1]
+        if x[a, 1] <= 0.0 and x[b, 1] <= 0.0:
+            conductance[e] = 0.0
+            continue
+        conductance[e] = np.pi * (x[a, 0] + x[b, 0]) / np.hypot(x[b, 0] - x[a, 0], x[b, 1] - x[a, 1])
+    return 0
+
+
+@generic.area_below.register(Meridian)
+@njit
+def area_below(body, x, level):
+    """See `vesdyn.body.area_below`: exact on each cone."""
+    total = 0.0
+    for e in range(body.elements.shape[0]):
+        a, b = body.elements[e, 0], body.elements[e, 1]
+        if x[a, 1] > x[b, 1]:
+            a, b = b, a
+        if x[a, 1] >= level:
+            continue
+        share = 1.0 if x[b, 1] <= level else (level - x[a, 1]) / (x[b, 1] - x[a, 1])
+        length = share * np.hypot(x[b, 0] - x[a, 0], x[b, 1] - x[a, 1])
+        total += np.pi * length * (2.0 * x[a, 0] + share * (x[b, 0] - x[a, 0]))
+    return total

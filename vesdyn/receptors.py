@@ -1,0 +1,168 @@
+"""Receptors that diffuse and drift along the moving membrane, as numbers on nodes and fluxes on edges.
+
+    d/dt N_i = - sum_j F_ij,     F_ij = w_ij [B(u) c_i - B(-u) c_j],     c_i = N_i / A_i        (4), (5)
+
+Exponential fitting (Scharfetter & Gummel 1969): w_ij is the conductance of the edge, B(u) = u/(e^u - 1),
+and u = s (phi_i - phi_j) the drop of the Boltzmann exponent (`vesdyn.adhesion`) along it, reduced by
+s = min(1, q/c) where ligands are scarcer than receptors. Below saturation the zero-flux state
+c ~ exp(phi) is exact at the nodes. For w_ij >= 0 the matrix of the implicit step is an M-matrix:
+density stays positive for any step and any cell Peclet number. Fluxes are antisymmetric, so the
+number is conserved to round-off whatever the accuracy of the linear solution. First order in time.
+"""
+from typing import NamedTuple
+
+import numpy as np
+
+from vesdyn._jit import njit
+
+SOLVED, STALLED = 0, 1
+_PICARD_LIMIT = 60
+_PICARD_TOLERANCE = 1e-11
+_SOLVER_TOLERANCE = 1e-12
+
+
+class Transport(NamedTuple):
+    """Work arrays of the implicit step; edges carry the conductance and the two flux coefficients."""
+
+    conductance: np.ndarray  # (n_edges,)
+    forth: np.ndarray  # (n_edges,) w B(u) dt
+    back: np.ndarray  # (n_edges,) w B(-u) dt
+    exponent: np.ndarray  # (n_nodes,) phi
+    density: np.ndarray  # (n_nodes,) the solution c at the new time [c_r0]
+    vectors: np.ndarray  # (10, n_nodes) of the linear solver
+
+
+def transport(n_nodes, n_edges):
+    """Allocate the work arrays of `step_receptors`."""
+    edge, node = (lambda: np.zeros(n_edges)), (lambda: np.zeros(n_nodes))
+    return Transport(edge(), edge(), edge(), node(), node(), np.zeros((10, n_nodes)))
+
+
+@njit
+def bernoulli(u):
+    """B(u) = u / (exp(u) - 1), with its series where the quotient loses digits."""
+    if abs(u) < 1e-4:
+        return 1.0 - 0.5 * u + u * u / 12.0
+    return u / np.expm1(u)
+
+
+@njit
+def largest(vector):
+    """Largest magnitude of the entries of ``vector``; NaN where there is one."""
+    found = 0.0
+    for value in vector:
+        if not abs(value) <= found:
+            found = abs(value)
+    return found
+
+
+@njit
+def set_flux_coefficients(edges, ligand_ratio, dt, work):
+    """Overwrite ``forth`` and ``back`` for the current density."""
+    for e in range(edges.shape[0]):
+        i, j = edges[e, 0], edges[e, 1]
+        mean = 0.5 * (work.density[i] + work.density[j])
+        free_ligands = 1.0 if mean <= ligand_ratio else ligand_ratio / mean
+        u = free_ligands * (work.exponent[i] - work.exponent[j])
+        weight = dt * work.conductance[e]
+        work.forth[e] = weight * bernoulli(u)
+        work.back[e] = weight * bernoulli(-u)
+
+
+@njit
+def apply(edges, area, work, c, out):
+    """out = A c + dt sum of the fluxes that leave: the matrix of the implicit step."""
+    for i in range(area.shape[0]):
+        out[i] = area[i] * c[i]
+    for e in range(edges.shape[0]):
+        i, j = edges[e, 0], edges[e, 1]
+        flux = work.forth[e] * c[i] - work.back[e] * c[j]
+        out[i] += flux
+        out[j] -= flux
+
+
+@njit
+def solve_density(edges, area, number, work):
+    """Solve (A + dt L) c = N for ``work.density`` by BiCGSTAB with the diagonal (van der Vorst 1992).
+
+    Returns SOLVED or STALLED; stops at a residual of 1e-12 of the largest nodal number.
+    """
+    n = area.shape[0]
+    c = work.density
+    diagonal, r, shadow, p, v, s, t, y, z = work.vectors[:9]
+    for i in range(n):
+        diagonal[i] = area[i]
+    for e in range(edges.shape[0]):
+        diagonal[edges[e, 0]] += work.forth[e]
+        diagonal[edges[e, 1]] += work.back[e]
+    apply(edges, area, work, c, r)
+    for i in range(n):
+        r[i] = number[i] - r[i]
+        shadow[i] = r[i]
+    p[:] = 0.0
+    v[:] = 0.0
+    rho = alpha = omega = 1.0
+    target = _SOLVER_TOLERANCE * np.max(number)
+    for _ in range(10 * n + 100):
+        if largest(r) <= target:
+            return SOLVED
+        rho_old = rho
+        rho = 0.0
+        for i in range(n):
+            rho += shadow[i] * r[i]
+        beta = rho / rho_old * alpha / omega
+        if not np.isfinite(beta) or rho == 0.0:
+            return STALLED
+        for i in range(n):
+            p[i] = r[i] + beta * (p[i] - omega * v[i])
+            y[i] = p[i] / diagonal[i]
+        apply(edges, area, work, y, v)
+        alpha = 0.0
+        for i in range(n):
+            alpha += shadow[i] * v[i]
+        alpha = rho / alpha
+        for i in range(n):
+            s[i] = r[i] - alpha * v[i]
+            z[i] = s[i] / diagonal[i]
+        apply(edges, area, work, z, t)
+        ts = tt = 0.0
+        for i in range(n):
+            ts += t[i] * s[i]
+            tt += t[i] * t[i]
+        omega = ts / tt if tt > 0.0 else 0.0
+        for i in range(n):
+            c[i] += alpha * y[i] + omega * z[i]
+            r[i] = s[i] - omega * t[i]
+        if omega == 0.0:
+            return SOLVED if largest(r) <= target else STALLED
+    return STALLED
+
+
+@njit
+def step_receptors(edges, area, ligand_ratio, dt, number, work):
+    """Advance ``number`` (n_nodes,) [c_r0 a0^2] by ``dt`` [a0^2/D] on a membrane at rest.
+
+    ``work.conductance`` and ``work.exponent`` describe the membrane, ``area`` (n_nodes,) [a0^2] its nodes.
+    Above saturation the drift depends on the density and is iterated to convergence. Returns SOLVED or STALLED.
+    """
+    before = work.vectors[9]
+    for i in range(area.shape[0]):
+        work.density[i] = number[i] / area[i]
+    for _ in range(_PICARD_LIMIT):
+        highest = np.max(work.density)
+        set_flux_coefficients(edges, ligand_ratio, dt, work)
+        before[:] = work.density
+        if solve_density(edges, area, number, work) != SOLVED:
+            return STALLED
+        highest = max(highest, np.max(work.density))
+        before -= work.density
+        if highest <= ligand_ratio or largest(before) <= _PICARD_TOLERANCE * highest:
+            break
+    else:
+        return STALLED
+    for e in range(edges.shape[0]):
+        i, j = edges[e, 0], edges[e, 1]
+        flux = work.forth[e] * work.density[i] - work.back[e] * work.density[j]
+        number[i] -= flux
+        number[j] += flux
+    return SOLVED

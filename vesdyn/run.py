@@ -1,0 +1,214 @@
+"""A run: the case is carried from where the directory left it to its end, and may be stopped at any time.
+
+The times of the steps follow from the case alone, so an interrupted run and an uninterrupted one give the
+same bits.
+"""
+
+import copy
+import math
+import signal
+import sys
+import threading
+import time
+import warnings
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from vesdyn.relaxation import RelaxationError
+from vesdyn.spreading import Spreading
+from vesdyn.storage import RunDirectory
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended, and its figures so far.
+
+    ``state`` is finished, interrupted or failed, ``reason`` a sentence; ``time`` [a0^2/D] and ``steps`` from
+    t = 0; ``wall_time`` [s] over all sittings; ``binding_area`` [a0^2] is the last, ``volume_error`` and
+    ``receptor_number_error`` the largest relative ones of any step.
+    """
+
+    state: str
+    reason: str
+    time: float
+    steps: int
+    wall_time: float
+    binding_area: float
+    volume_error: float
+    receptor_number_error: float
+
+    @property
+    def exit_status(self):
+        return {"finished": 0, "failed": 1, "interrupted": 130}[self.state]
+
+
+def time_levels(end, step, frames=()):
+    """Return the times of the coupling steps after t = 0, an array that ends with ``end`` [a0^2/D].
+
+    The time between two stops (``frames``, ``end``) is divided into equal steps, the fewest that are not
+    longer than ``step``; each stop is met exactly, and a stop on a multiple of ``step`` shortens nothing.
+    """
+    stops = [0.0, *(t for t in frames if t < end), end]
+    levels = []
+    for start, stop in zip(stops, stops[1:]):
+        n = math.ceil((stop - start) / step * (1 - 1e-9))  # the factor: a quotient of 4 may come out as 4 + round-off
+        levels += [*np.round(np.linspace(start, stop, n + 1)[1:-1], 12), stop]
+    return np.array(levels)
+
+
+def run_case(case, directory, progress=True, restart=False):
+    """Run ``case`` in ``directory`` (a path) from where it stands there to its end; return the ``Outcome``.
+
+    An interrupt (SIGINT, SIGTERM) lets the step in hand finish, stores a checkpoint and stops; a second one
+    stops at once, and what was done since the last checkpoint is done again later. ``progress`` shows a bar
+    if stderr is a terminal. ``restart`` removes an earlier run first.
+
+    Raises vesdyn.storage.RunDirectoryError if the directory cannot take the run. A relaxation that fails is
+    no exception but an outcome.
+    """
+    directory = RunDirectory(directory)
+    with directory.claim(case, restart):
+        if directory.status().get("state") == "finished":
+            if not directory.summary_file.exists():
+                _draw(directory)
+            return _outcome(directory, "is finished already; `vesdyn run --restart` computes it anew.")
+        for sentence in case.warnings():
+            warnings.warn(sentence, stacklevel=2)
+        with _interrupts() as interrupts:
+            _advance(case, directory, interrupts, progress)
+        if directory.status()["state"] == "finished":
+            _draw(directory)
+        return _outcome(directory)
+
+
+def _advance(case, directory, interrupts, progress):
+    """Take the coupling steps that are left; the last status written says how it ended."""
+    began = time.monotonic() - directory.status().get("wall_time", 0.0)
+
+    def settle(state, reason=""):
+        directory.write_status(state, reason, time.monotonic() - began)
+
+    settle("running")
+    try:
+        sim = _start(case, directory)
+        saved = time.monotonic()
+        levels = time_levels(case.time.end, case.time.step, case.output.frames)
+        with _progress_bar(sim.time, case.time.end, progress) as show:
+            for until in map(float, levels[levels > sim.time]):
+                last_good = copy.deepcopy(sim.state())
+                try:
+                    sim.advance(until)
+                except RelaxationError as failure:
+                    directory.write_checkpoint(last_good)
+                    return settle("failed", str(failure))
+                row = sim.history_row()
+                directory.append_history(row)
+                if until in case.output.frames:
+                    directory.write_frame(until, *sim.frame())
+                show(row)
+                done = until == levels[-1]
+                if done or interrupts or time.monotonic() - saved >= 60 * case.output.checkpoint_minutes:
+                    directory.write_checkpoint(sim.state())
+                    settle("running")
+                    saved = time.monotonic()
+                if interrupts and not done:
+                    return settle("interrupted", f"stopped by {interrupts[0]}.")
+        settle("finished")
+    except KeyboardInterrupt:
+        settle("interrupted", "stopped at once by a second interrupt.")
+    except Exception as error:
+        settle("failed", f"{type(error).__name__}: {error}")
+        raise
+
+
+def _start(case, directory):
+    """Return the simulation as the directory left it: at its checkpoint, or else at t = 0."""
+    sim = Spreading(case)
+    checkpoint = directory.read_checkpoint()
+    if checkpoint is None:
+        directory.clear_results()
+        directory.write_frame(sim.time, *sim.frame())
+    else:
+        sim.restore(checkpoint)
+        directory.rewind(sim.time)
+    return sim
+
+
+def _outcome(directory, reason=None):
+    """Return the outcome that the stored status and history tell."""
+    status, history = directory.status(), directory.history()
+
+    def last(column):
+        return float(history[column][-1]) if history else 0.0
+
+    def largest(column):
+        return float(np.max(np.abs(history[column]))) if history else 0.0
+
+    return Outcome(
+        state=status["state"],
+        reason=reason or status["reason"],
+        time=last("time"),
+        steps=len(history.get("time", ())),
+        wall_time=status["wall_time"],
+        binding_area=last("binding_area"),
+        volume_error=largest("volume_error"),
+        receptor_number_error=largest("receptor_number_error"),
+    )
+
+
+def _draw(directory):
+    from vesdyn.pictures import summary  # here: matplotlib is slow to import, and only a finished run needs it
+
+    summary(directory.path)
+
+
+@contextmanager
+def _interrupts():
+    """Yield a list that receives the name of the first SIGINT or SIGTERM; a second signal acts as ever."""
+    received = []
+    if threading.current_thread() is not threading.main_thread():  # only the main thread may handle signals
+        yield received
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def restore():
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+    def receive(number, _):
+        received.append(signal.Signals(number).name)
+        restore()
+
+    for number in before:
+        signal.signal(number, receive)
+    try:
+        yield received
+    finally:
+        restore()
+
+
+@contextmanager
+def _progress_bar(start, end, wanted):
+    """Yield a function that shows a row of the history: t, binding area, residual, time left."""
+    if not (wanted and sys.stderr.isatty()):
+        yield lambda row: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("t = {task.fields[time]:.4f}"),
+        BarColumn(),
+        TextColumn("binding area {task.fields[binding_area]:.4f}  residual {task.fields[residual]:.1e}"),
+        TimeRemainingColumn(),
+        TextColumn("left"),
+    )
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task("", total=end, completed=start, time=start, binding_area=0.0, residual=0.0)
+
+        def show(row):
+            bar.update(task, completed=row["time"], **{k: row[k] for k in ("time", "binding_area", "residual")})
+
+        yield show

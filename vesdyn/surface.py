@@ -1,0 +1,248 @@
+"""Triangulated shell: mesh, forces, volume, areas, edge conductances.
+
+Constant-strain triangles. With cot_k the reference cotangent at corner k, l_k the current length of the
+edge facing it, A0 and A the reference and current areas, the invariants of C are exactly
+
+    A0 I1 = 1/2 sum_k cot_k l_k^2,        J = A / A0,
+
+so the membrane energy A0 W(I1, J) and its gradient need edge vectors and one vector area S only. The
+same S gives the enclosed volume V = 1/3 sum x_a . S and its gradient (divergence theorem on flat
+faces). Second order in the edge length.
+"""
+from typing import NamedTuple
+
+import numpy as np
+import trimesh
+
+from vesdyn import body as generic
+from vesdyn._jit import njit
+from vesdyn.meshing import check_mesh
+from vesdyn.neo_hookean import (
+    principal_tension,
+    strain_energy,
+    strain_energy_I1,
+    strain_energy_J,
+    strain_energy_JJ,
+)
+
+ASSEMBLY = 0.7  # the largest assembled stiffness is 0.45 to 0.55 of the bound by elements (tests/stability)
+
+
+class Surface(NamedTuple):
+    """A closed, outward-oriented triangle mesh with its stress-free reference."""
+
+    shear_modulus: float  # K [kT/a0^2]
+    elements: np.ndarray  # (n_faces, 3) vertices of each triangle
+    cotangents: np.ndarray  # (n_faces, 3) half the reference cotangent at each corner
+    spring_bound: np.ndarray  # (n_faces,) largest eigenvalue of the Laplacian of those cotangents
+    element_area: np.ndarray  # (n_faces,) reference area [a0^2]
+    reference_area: np.ndarray  # (n_vertices,) a third of the reference area around each vertex [a0^2]
+    edges: np.ndarray  # (n_edges, 2) vertices of each edge
+    element_edges: np.ndarray  # (n_faces, 3) the edge facing each corner
+
+
+def build_surface(vertices, faces, shear_modulus, prestretch=1.0):
+    """Make a `Surface` whose start state ``vertices`` is stretched by ``prestretch`` against its reference.
+
+    ``vertices`` (n_vertices, 3) [a0], ``faces`` (n_faces, 3) outward. Raises ValueError for a mesh that
+    is not one closed, outward-oriented manifold.
+    """
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    check_mesh(mesh)
+    cotangents = 0.5 / np.tan(mesh.face_angles)
+    total = cotangents.sum(axis=1)
+    area = mesh.area_faces / prestretch**2
+    edges, element_edges = np.unique(
+        np.sort(faces[:, [[1, 2], [2, 0], [0, 1]]], axis=2).reshape(-1, 2), axis=0, return_inverse=True
+    )
+    return Surface(
+        shear_modulus=float(shear_modulus),
+        elements=np.ascontiguousarray(faces, dtype=np.uint32),
+        cotangents=np.ascontiguousarray(cotangents),
+        spring_bound=total + np.sqrt(np.maximum(0.0, total**2 - 0.75)),
+        element_area=area,
+        reference_area=np.bincount(faces.ravel(), np.repeat(area / 3.0, 3), len(vertices)),
+        edges=np.ascontiguousarray(edges, dtype=np.uint32),
+        element_edges=np.ascontiguousarray(element_edges.reshape(-1, 3), dtype=np.uint32),
+    )
+
+
+@generic.dimension.register(Surface)
+@njit
+def dimension(body):
+    """See `vesdyn.body.dimension`."""
+    return 3
+
+
+@generic.add_elastic_forces.register(Surface)
+@njit
+def add_elastic_forces(body, x, nodal):
+    """See `vesdyn.body.add_elastic_forces`."""
+    K = body.shear_modulus
+    w = 2.0 * strain_energy_I1(K)
+    volume = 0.0
+    for e in range(body.elements.shape[0]):  # serial: the faces of one vertex would race
+        a, b, c = body.elements[e, 0], body.elements[e, 1], body.elements[e, 2]
+        ax, ay, az = x[a, 0], x[a, 1], x[a, 2]
+        ux, uy, uz = x[b, 0] - ax, x[b, 1] - ay, x[b, 2] - az
+        vx, vy, vz = x[c, 0] - ax, x[c, 1] - ay, x[c, 2] - az
+        Sx, Sy, Sz = 0.5 * (uy * vz - uz * vy), 0.5 * (uz * vx - ux * vz), 0.5 * (ux * vy - uy * vx)
+        A = np.sqrt(Sx * Sx + Sy * Sy + Sz * Sz)
+        per_A = 1.0 / A
+        # dA/dx_b = v x n / 2, dA/dx_c = n x u / 2, and dA/dx_a balances them
+        g = 0.5 * per_A * strain_energy_J(K, per_A * body.element_area[e])
+        wa, wb, wc = w * body.cotangents[e, 0], w * body.cotangents[e, 1], w * body.cotangents[e, 2]
+        bx = wa * (vx - ux) - wc * ux - g * (vy * Sz - vz * Sy)
+        by = wa * (vy - uy) - wc * uy - g * (vz * Sx - vx * Sz)
+        bz = wa * (vz - uz) - wc * uz - g * (vx * Sy - vy * Sx)
+        cx = wa * (ux - vx) - wb * vx - g * (Sy * uz - Sz * uy)
+        cy = wa * (uy - vy) - wb * vy - g * (Sz * ux - Sx * uz)
+        cz = wa * (uz - vz) - wb * vz - g * (Sx * uy - Sy * ux)
+        volume += ax * Sx + ay * Sy + az * Sz
+        A, Sx, Sy, Sz = A / 3.0, Sx / 3.0, Sy / 3.0, Sz / 3.0
+        nodal[a, 0] -= bx + cx
+        nodal[a, 1] -= by + cy
+        nodal[a, 2] -= bz + cz
+        nodal[a, 3] += Sx
+        nodal[a, 4] += Sy
+        nodal[a, 5] += Sz
+        nodal[a, 6] += A
+        nodal[b, 0] += bx
+        nodal[b, 1] += by
+        nodal[b, 2] += bz
+        nodal[b, 3] += Sx
+        nodal[b, 4] += Sy
+        nodal[b, 5] += Sz
+        nodal[b, 6] += A
+        nodal[c, 0] += cx
+        nodal[c, 1] += cy
+        nodal[c, 2] += cz
+        nodal[c, 3] += Sx
+        nodal[c, 4] += Sy
+        nodal[c, 5] += Sz
+        nodal[c, 6] += A
+    return volume / 3.0
+
+
+@njit
+def _add_corner(row, fx, fy, fz, Sx, Sy, Sz, A):
+    third = 1.0 / 3.0
+    row[0] += fx
+    row[1] += fy
+    row[2] += fz
+    row[3] += third * Sx
+    row[4] += third * Sy
+    row[5] += third * Sz
+    row[6] += third * A
+
+
+@njit
+def squared_lengths(body, x, e):
+    """Squared current edge lengths [a0^2] of face ``e``, each facing its corner, and the area [a0^2]."""
+    a, b, c = body.elements[e, 0], body.elements[e, 1], body.elements[e, 2]
+    la = lb = lc = 0.0
+    for k in range(3):
+        la += (x[c, k] - x[b, k]) ** 2
+        lb += (x[a, k] - x[c, k]) ** 2
+        lc += (x[b, k] - x[a, k]) ** 2
+    # 16 A^2 = 2 (la lb + lb lc + lc la) - la^2 - lb^2 - lc^2 (Heron)
+    return la, lb, lc, 0.25 * np.sqrt(max(0.0, 4.0 * la * lb - (la + lb - lc) ** 2))
+
+
+@njit
+def invariants(body, x, e):
+    """I1 = tr C and l3 = 1/J of face ``e``."""
+    la, lb, lc, A = squared_lengths(body, x, e)
+    springs = body.cotangents[e, 0] * la + body.cotangents[e, 1] * lb + body.cotangents[e, 2] * lc
+    return springs / body.element_area[e], body.element_area[e] / A
+
+
+@generic.elastic_energy.register(Surface)
+@njit
+def elastic_energy(body, x):
+    """See `vesdyn.body.elastic_energy`."""
+    energy = 0.0
+    for e in range(body.elements.shape[0]):
+        I1, l3 = invariants(body, x, e)
+        energy += body.element_area[e] * strain_energy(body.shear_modulus, I1, l3)
+    return energy
+
+
+@generic.principal_tensions.register(Surface)
+@njit
+def principal_tensions(body, x, tension):
+    """See `vesdyn.body.principal_tensions`."""
+    for e in range(body.elements.shape[0]):
+        I1, l3 = invariants(body, x, e)
+        spread = np.sqrt(max(0.0, 0.25 * I1 * I1 - 1.0 / (l3 * l3)))
+        larger, smaller = np.sqrt(0.5 * I1 + spread), np.sqrt(max(0.0, 0.5 * I1 - spread))
+        tension[e, 0] = principal_tension(body.shear_modulus, larger, l3)
+        tension[e, 1] = principal_tension(body.shear_modulus, smaller, l3)
+
+
+@generic.add_stiffness_bounds.register(Surface)
+@njit
+def add_stiffness_bounds(body, x, pressure, bound):
+    """See `vesdyn.body.add_stiffness_bounds`.
+
+    Element by element, with |dA/dx|^2 = sum l^2 / 4 and 3^(1/2)/2 the largest curvature of the area of a
+    triangle in its plane: K_e <= 2 W_I1 mu + W_JJ |dA/dx|^2 / A0 + |W_J| 3^(1/2)/2, mu the largest
+    eigenvalue of the cotangent Laplacian; the pressure adds |p| times half the longest edge. The faces
+    around a vertex do not share their stiffest mode, hence the factor ASSEMBLY.
+    """
+    K = body.shear_modulus
+    half_root3 = 0.8660254037844386
+    for e in range(body.elements.shape[0]):
+        la, lb, lc, A = squared_lengths(body, x, e)
+        A0 = body.element_area[e]
+        l3 = A0 / A
+        stiffness = ASSEMBLY * (
+            2.0 * strain_energy_I1(K) * body.spring_bound[e]
+            + strain_energy_JJ(K, l3) * 0.25 * (la + lb + lc) / A0
+            - strain_energy_J(K, l3) * half_root3
+            + 0.5 * abs(pressure) * np.sqrt(max(la, lb, lc))
+        )
+        for k in range(3):
+            bound[body.elements[e, k]] += stiffness
+
+
+@generic.edge_conductances.register(Surface)
+@njit
+def edge_conductances(body, x, conductance):
+    """See `vesdyn.body.edge_conductances`: half the sum of the two cotangents facing the edge."""
+    conductance[:] = 0.0
+    for e in range(body.elements.shape[0]):
+        a, b, c = body.elements[e, 0], body.elements[e, 1], body.elements[e, 2]
+        if x[a, 2] <= 0.0 and x[b, 2] <= 0.0 and x[c, 2] <= 0.0:
+            continue
+        la, lb, lc, A = squared_lengths(body, x, e)
+        conductance[body.element_edges[e, 0]] += (lb + lc - la) / (8.0 * A)
+        conductance[body.element_edges[e, 1]] += (lc + la - lb) / (8.0 * A)
+        conductance[body.element_edges[e, 2]] += (la + lb - lc) / (8.0 * A)
+    clipped = 0
+    for i in range(conductance.shape[0]):
+        if conductance[i] < 0.0:
+            conductance[i] = 0.0
+            clipped += 1
+    return clipped
+
+
+@generic.area_below.register(Surface)
+@njit
+def area_below(body, x, level):
+    """See `vesdyn.body.area_below`: exact for a height that is linear on each face."""
+    total = 0.0
+    for e in range(body.elements.shape[0]):
+        za, zb, zc = x[body.elements[e, 0], 2], x[body.elements[e, 1], 2], x[body.elements[e, 2], 2]
+        low, high = min(za, zb, zc), max(za, zb, zc)
+        if low >= level:
+            continue
+        A = squared_lengths(body, x, e)[3]
+        middle = za + zb + zc - low - high
+        if level >= high:
+            total += A
+        elif level <= middle:  # the corner at `low` is cut off by a smaller triangle
+            total += A * (level - low) ** 2 / ((middle - low) * (high - low))
+        else:  # all but the corner at `high`
+            total += A * (1.0 - (high - level) ** 2 / ((high - middle) * (high - low)))
+    return total
