@@ -30,6 +30,7 @@ CONVERGED, DIVERGED, STALLED = 0, 1, 2
 VOLUME_TOLERANCE = 1e-11
 _OVERDAMPING = 1.4  # of the 2 w of the lowest mode: the quotient overestimates w while higher modes live
 _KINETIC_FLOOR = 0.1  # viscous damping that goes with kinetic damping, against the highest modes
+_PATIENCE = 2000  # iterations after which a residual above the first one is called divergence
 _EXPLODED = 1e6  # a residual that no start of a step has: something grows without bound
 
 
@@ -145,7 +146,7 @@ def relax(balance, controls, x, pressure, work):
     reference_area, target_volume = balance.body.reference_area, balance.volume
     stress = balance.adhesion.traction + balance.body.shear_modulus
     damping = _KINETIC_FLOOR
-    kinetic = power = 0.0
+    kinetic = power = first = 0.0
     residual = np.inf
     volume = target_volume
     for iteration in range(controls.max_iterations):
@@ -194,7 +195,9 @@ def relax(balance, controls, x, pressure, work):
                 uphill -= v * force
             residual = max(residual, out_of_balance / reference_area[i] ** 2)
         residual = np.sqrt(residual) / stress
-        if not residual < _EXPLODED:
+        if iteration == 0:
+            first = residual
+        if not residual < _EXPLODED or (iteration > _PATIENCE and residual > first):
             return Outcome(DIVERGED, iteration + 1, residual, pressure, volume)
         if residual <= controls.tolerance and abs(volume / target_volume - 1.0) <= VOLUME_TOLERANCE:
             return Outcome(CONVERGED, iteration + 1, residual, pressure, volume)
