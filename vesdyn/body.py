@@ -8,7 +8,20 @@ body registers one kernel for each function below.
 Every body has the fields ``shear_modulus`` K [kT/a0^2], ``reference_area`` (n_nodes,) [a0^2] and
 ``edges`` (n_edges, 2).
 """
-from vesdyn._jit import by_body
+from vesdyn._jit import by_body, njit
+
+
+@njit
+def extended_share(low, high, length, slope, level):
+    """Share of an edge below ``level`` if the membrane runs into its upper end with ``slope`` dz/ds.
+
+    ``low`` < ``level`` <= ``high`` are the heights of its ends and ``length`` its length [a0]. Never less than
+    straight interpolation gives.
+    """
+    straight = (level - low) / (high - low)
+    if slope * length <= high - low:
+        return straight
+    return max(straight, 1.0 - (high - level) / (slope * length))
 
 
 @by_body
@@ -51,8 +64,19 @@ def edge_conductances(body, x, conductance):
 
 
 @by_body
-def area_below(body, x, level):
-    """Current membrane area [a0^2] below height ``level`` [a0], the height interpolated inside elements."""
+def set_shares_below(body, x, level, share):
+    """Overwrite ``share`` (n_edges,): the part of each edge that lies below height ``level`` [a0].
+
+    The membrane leaves the plane at an angle, and the kink lies somewhere on the edge that crosses: it is
+    found by extending the slope of the free membrane beyond the edge down to ``level``. Straight
+    interpolation from node to node would put the front at the last bound node until the next one lands.
+    """
+    raise NotImplementedError
+
+
+@by_body
+def area_below(body, x, level, share):
+    """Current membrane area [a0^2] below ``level`` [a0], cut where ``share`` says (`set_shares_below`)."""
     raise NotImplementedError
 
 

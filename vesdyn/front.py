@@ -1,30 +1,33 @@
 """Contact front: the contour on which the membrane leaves the plane.
 
-The front is cut out of the edges: every edge with one node below `level` and one above gives a point.
+The front is cut out of the edges: every edge with one node below the level and one above gives a point.
 Nothing here knows what an element is, so the same functions serve a meridian and a triangle mesh.
 """
 import numpy as np
 
 
-def front_points(x, edges, level):
-    """Horizontal coordinates (n_points, d - 1) [a0] where ``edges`` cross height ``level`` [a0]."""
-    low, high = x[edges[:, 0]], x[edges[:, 1]]
-    crossing = (low[:, -1] < level) != (high[:, -1] < level)
-    low, high = low[crossing], high[crossing]
-    share = (level - low[:, -1]) / (high[:, -1] - low[:, -1])
-    return (low + share[:, None] * (high - low))[:, :-1]
+def front_points(x, edges, share):
+    """Horizontal coordinates (n_points, d - 1) [a0] where ``edges`` are cut at ``share`` of their length.
+
+    ``share`` (n_edges,) counts from the lower end (`vesdyn.body.set_shares_below`).
+    """
+    cut = (share > 0.0) & (share < 1.0)
+    a, b = x[edges[cut, 0]], x[edges[cut, 1]]
+    rising = (a[:, -1] <= b[:, -1])[:, None]
+    low, high = np.where(rising, a, b), np.where(rising, b, a)
+    return (low + share[cut, None] * (high - low))[:, :-1]
 
 
-def front_radius(x, edges, level, n_angles=360):
+def front_radius(x, edges, share, n_angles=360):
     """Radius (n_angles,) [a0] of the front about its own centre at equal angles; empty before contact.
 
-    An axisymmetric body has one radius, its outermost crossing.
+    An axisymmetric body has one radius, its outermost.
     """
-    points = front_points(x, edges, level)
+    points = front_points(x, edges, share)
     if len(points) == 0:
         return np.zeros(0)
     if points.shape[1] == 1:
-        return points.max(keepdims=True)[0]
+        return points.max(axis=0)
     points = points - points.mean(axis=0)
     angle = np.arctan2(points[:, 1], points[:, 0])
     order = np.argsort(angle)
@@ -33,7 +36,7 @@ def front_radius(x, edges, level, n_angles=360):
     return np.interp(at, angle[order], radius, period=2.0 * np.pi)
 
 
-def contact_radius(x, edges, level):
-    """Mean radius [a0] of the front at height ``level`` [a0]; 0 before contact."""
-    radius = front_radius(x, edges, level)
+def contact_radius(x, edges, share):
+    """Mean radius [a0] of the front cut by ``share``; 0 before contact."""
+    radius = front_radius(x, edges, share)
     return float(radius.mean()) if len(radius) else 0.0

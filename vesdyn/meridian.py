@@ -170,18 +170,35 @@ def edge_conductances(body, x, conductance):
     return 0
 
 
+@generic.set_shares_below.register(Meridian)
+@njit
+def set_shares_below(body, x, level, share):
+    """See `vesdyn.body.set_shares_below`: the slope is that of the next segment on the free side."""
+    n = body.elements.shape[0]
+    for e in range(n):
+        i, j, beyond = e, e + 1, e + 1
+        if x[i, 1] > x[j, 1]:
+            i, j, beyond = j, i, e - 1
+        if x[j, 1] < level or x[i, 1] >= level:
+            share[e] = 1.0 if x[j, 1] < level else 0.0
+            continue
+        slope = 0.0
+        if 0 <= beyond < n and min(x[beyond, 1], x[beyond + 1, 1]) >= level:
+            rise = x[beyond + 1, 1] - x[beyond, 1]
+            slope = abs(rise) / np.hypot(x[beyond + 1, 0] - x[beyond, 0], rise)
+        length = np.hypot(x[j, 0] - x[i, 0], x[j, 1] - x[i, 1])
+        share[e] = generic.extended_share(x[i, 1], x[j, 1], length, slope, level)
+
+
 @generic.area_below.register(Meridian)
 @njit
-def area_below(body, x, level):
-    """See `vesdyn.body.area_below`: exact on each cone."""
+def area_below(body, x, level, share):
+    """See `vesdyn.body.area_below`: a cone cut off at its lower end."""
     total = 0.0
     for e in range(body.elements.shape[0]):
         a, b = body.elements[e, 0], body.elements[e, 1]
         if x[a, 1] > x[b, 1]:
             a, b = b, a
-        if x[a, 1] >= level:
-            continue
-        share = 1.0 if x[b, 1] <= level else (level - x[a, 1]) / (x[b, 1] - x[a, 1])
-        length = share * np.hypot(x[b, 0] - x[a, 0], x[b, 1] - x[a, 1])
-        total += np.pi * length * (2.0 * x[a, 0] + share * (x[b, 0] - x[a, 0]))
+        length = share[e] * np.hypot(x[b, 0] - x[a, 0], x[b, 1] - x[a, 1])
+        total += np.pi * length * (2.0 * x[a, 0] + share[e] * (x[b, 0] - x[a, 0]))
     return total

@@ -2,7 +2,7 @@
 
 Finds x that balances
 
-    0 = -dE/dx + p dV/dx + f_adhesion(x) + f_contact - (drag/dt) A0 (x - x_old),   V(x) = V0     (6)
+    0 = -dE/dx + p dV/dx + f_adhesion(x) + f_contact - (drag/dt) A0 (x - x_rest),   V(x) = V0     (6)
 
 by marching  m x'' + c m x' = out-of-balance force  in pseudo-time with steps of 1:
 
@@ -54,7 +54,7 @@ class Balance(NamedTuple):
     viscosity: float  # drag/dt [kT/a0^4]
     volume: float  # V0 [a0^3]
     number: np.ndarray  # (n_nodes,) receptors [c_r0 a0^2]
-    x_old: np.ndarray  # (n_nodes, d) positions at the start of the step [a0]
+    x_rest: np.ndarray  # (n_nodes, d) positions where the drag vanishes [a0]
 
 
 class Outcome(NamedTuple):
@@ -100,14 +100,14 @@ def set_fictitious_mass(balance, x, pressure, work):
 @njit
 def set_forces(balance, x, work):
     """Overwrite ``work.nodal``, all forces but pressure and contact included; return the volume [a0^3]."""
-    body, x_old, nodal = balance.body, balance.x_old, work.nodal
+    body, x_rest, nodal = balance.body, balance.x_rest, work.nodal
     nodal[:] = 0.0
     volume = add_elastic_forces(body, x, nodal)
     d = dimension(body)
     for i in range(x.shape[0]):
         drag = balance.viscosity * body.reference_area[i]
         for k in range(d):
-            nodal[i, k] -= drag * (x[i, k] - x_old[i, k])
+            nodal[i, k] -= drag * (x[i, k] - x_rest[i, k])
         nodal[i, d - 1] -= adhesion_load(
             balance.adhesion, x[i, d - 1], balance.number[i], nodal[i, 2 * d]
         )
@@ -126,7 +126,7 @@ def incremental_potential(balance, x, pressure, work):
     for i in range(x.shape[0]):
         moved = 0.0
         for k in range(d):
-            moved += (x[i, k] - balance.x_old[i, k]) ** 2
+            moved += (x[i, k] - balance.x_rest[i, k]) ** 2
         potential += 0.5 * balance.viscosity * body.reference_area[i] * moved
         load = adhesion_load(adhesion, x[i, d - 1], balance.number[i], work.nodal[i, 2 * d])
         potential -= 0.5 * load * max(0.0, adhesion.cutoff - x[i, d - 1])

@@ -1,25 +1,63 @@
-"""The staggered scheme: receptors move on the membrane at rest, then the membrane moves under them.
+"""The staggered scheme: receptors move on the membrane, then the membrane moves under its receptors.
 
 One coupling step from t_n to t_(n+1) = t_n + dt:
 
-    receptors   c_n -> c_(n+1) on the membrane x_n              (implicit, `vesdyn.receptors`)
-    membrane    x_n -> x_(n+1) with the numbers N_(n+1) held     (balance (6), `vesdyn.relaxation`)
-    ledger      elastic energy, adhesion work, dissipation
+    look ahead  x_n -> x*_(n+1)                 along the last motion
+    receptors   N_n -> N_(n+1) on x*_(n+1)      implicit, `vesdyn.receptors`
+    membrane    x_n -> x_(n+1) under N_(n+1)    balance (6), `vesdyn.relaxation`
+    ledger      adhesion work, dissipation
 
-First order in dt. The driver knows a body by the functions of `vesdyn.body` only.
+Order 2: both rates are backward differences over two steps (BDF2, variable step). Order 1, the scheme of
+the paper: backward Euler, and the receptors move on x_n. The start is singular (the front runs as
+the square root of time), so the first steps are of order 1 in any case.
+
+The driver knows a body by the functions of `vesdyn.body` only.
 """
+from typing import NamedTuple
+
 import numpy as np
 
 from vesdyn import receptors, relaxation
 from vesdyn.adhesion import Adhesion, adhesion_traction, adhesion_work, set_boltzmann_exponents
-from vesdyn.body import area_below, edge_conductances, elastic_energy, principal_tensions
+from vesdyn.body import (
+    area_below,
+    edge_conductances,
+    elastic_energy,
+    principal_tensions,
+    set_shares_below,
+)
 from vesdyn.front import contact_radius
 from vesdyn.meridian import build_meridian
 from vesdyn.meshing import graded_meridian, graded_sphere
 from vesdyn.surface import build_surface
 
 BINDING_GAP = 0.02  # of the cutoff: membrane closer than this counts as bound
-_HEAVIER = (1.0, 4.0, 16.0)  # a relaxation that diverged starts again with a larger fictitious mass
+STARTING_STEPS = 4  # of order 1
+_HEAVIER = (1.0, 4.0, 16.0)  # a relaxation that fails starts again with a larger fictitious mass
+
+
+class BackwardDifference(NamedTuple):
+    """Rate at t_(n+1): (v_(n+1) - now v_n - before v_(n-1)) / step."""
+
+    step: float  # [a0^2/D]
+    now: float
+    before: float
+
+    def past(self, v_n, v_before):
+        """What v_(n+1) would be without any rate."""
+        return self.now * v_n + self.before * v_before
+
+
+def euler(dt):
+    """Backward Euler, order 1."""
+    return BackwardDifference(dt, 1.0, 0.0)
+
+
+def bdf2(dt, dt_before):
+    """Backward difference over two steps of different length, order 2."""
+    w = dt / dt_before
+    leading = (1.0 + 2.0 * w) / (1.0 + w)
+    return BackwardDifference(dt / leading, (1.0 + w) / leading, -w * w / (1.0 + w) / leading)
 
 
 def build_body(case):
@@ -39,15 +77,17 @@ class Spreading:
     """
 
     _STATE = (
-        "time", "steps", "x", "x_before", "dt_before", "number", "pressure",
-        "adhesion_work", "dissipation", "iterations", "residual", "clipped_edges",
-    )
+        "time", "steps", "x", "x_before", "dt_before", "dt_wanted", "number", "number_before", "pressure",
+        "adhesion_work", "dissipation", "iterations", "residual", "step_error", "clipped_edges",
+    )  # fmt: skip
 
     def __init__(self, case):
         self.case = case
         self.x, self.body = build_body(case)
         self.adhesion = Adhesion(
-            case.adhesion.traction, case.adhesion.cutoff, case.adhesion.ligand_ratio,
+            case.adhesion.traction,
+            case.adhesion.cutoff,
+            case.adhesion.ligand_ratio,
             case.receptors.frozen,
         )
         self.controls = relaxation.Controls(
@@ -57,86 +97,116 @@ class Spreading:
         self.transport = receptors.transport(self.x.shape[0], self.body.edges.shape[0])
 
         self.time, self.steps = 0.0, 0
-        self.x_before, self.dt_before = self.x.copy(), 1.0
-        self.pressure = self.adhesion_work = self.dissipation = self.residual = 0.0
+        self.x_before, self.dt_before, self.dt_wanted = self.x.copy(), 1.0, 0.0
+        self.pressure = self.adhesion_work = self.dissipation = 0.0
+        self.residual = self.step_error = 0.0
         self.iterations = self.clipped_edges = 0
         self.number = np.zeros(self.x.shape[0])
-        self.volume_0 = 0.0
-        self.volume_0 = self._measure()
+        self.volume_0 = 1.0
+        self.volume_0 = self._measure(self.x)
         self.number[:] = self.work.area  # c = 1
+        self.number_before = self.number.copy()
         self.number_0 = self.number.sum()
         self.elastic_energy_0 = elastic_energy(self.body, self.x)
 
     def advance(self, until):
         """Take one coupling step to time ``until`` [a0^2/D]; raise `RelaxationError` if there is no balance."""
         dt = until - self.time
-        if not self.adhesion.frozen:
-            self._step_receptors(dt)  # c_n -> c_(n+1) on x_n
-        x_old, area_old = self.x, self.work.area.copy()
-        self.x = self._relax_membrane(x_old, dt)  # x_n -> x_(n+1) under N_(n+1)
-        self._measure()
-        self._update_ledger(x_old, area_old, dt)
+        x_old, number_old, area_old = self.x, self.number, self.work.area.copy()
+        started = self.steps >= STARTING_STEPS
+        second_order = self.case.time.order == 2 and started
+        rate = bdf2(dt, self.dt_before) if second_order else euler(dt)
+
+        ahead = self._look_ahead(dt)  # x*_(n+1)
+        self.number = self._step_receptors(ahead if second_order else x_old, rate)  # N_(n+1)
+        self.x = self._relax_membrane(ahead, rate)  # x_(n+1)
+        self.volume = self._measure(self.x)
+        self._update_ledger(x_old, area_old, rate)
+
         if self.adhesion.frozen:
-            self.number[:] = self.work.area
-        self.x_before, self.dt_before = x_old, dt
+            self.number = self.work.area.copy()
+        self.step_error = self._distance(ahead, self.x) if started else 0.0
+        self.x_before, self.number_before, self.dt_before = x_old, number_old, dt
         self.time, self.steps = until, self.steps + 1
 
-    def _step_receptors(self, dt):
-        self.clipped_edges = edge_conductances(self.body, self.x, self.transport.conductance)
-        set_boltzmann_exponents(self.case.drift_number, self.adhesion, self.x, self.transport.exponent)
+    def _look_ahead(self, dt):
+        """Positions after another ``dt`` of the last motion; nodes on the plane stay there."""
+        ahead = self.x + (self.x - self.x_before) * (dt / self.dt_before)
+        ahead[:, -1] = np.where(self.x[:, -1] <= 0.0, 0.0, np.maximum(ahead[:, -1], 0.0))
+        return ahead
+
+    def _step_receptors(self, x, rate):
+        """Numbers (n_nodes,) after the step, moved on the membrane ``x``."""
+        if self.adhesion.frozen:
+            return self.number
+        number = rate.past(self.number, self.number_before)
+        if number.min() <= 0.0:  # only order 1 keeps any density positive
+            rate = euler(rate.step / rate.now)
+            number = self.number.copy()
+        self._measure(x)
+        self.clipped_edges = edge_conductances(self.body, x, self.transport.conductance)
+        set_boltzmann_exponents(self.case.drift_number, self.adhesion, x, self.transport.exponent)
         status = receptors.step_receptors(
-            self.body.edges, self.work.area, self.adhesion.ligand_ratio, dt, self.number, self.transport
+            self.body.edges,
+            self.work.area,
+            self.adhesion.ligand_ratio,
+            rate.step,
+            number,
+            self.transport,
         )
         if status != receptors.SOLVED:
             raise relaxation.RelaxationError(
-                f"t = {self.time:.6g}, step {dt:.3g}: no receptor density was found; reduce time.step"
+                f"t = {self.time:.6g}, step {rate.step:.3g}: no receptor density was found; reduce time.step"
             )
+        return number
 
-    def _relax_membrane(self, x_old, dt):
-        balance = self._balance(x_old, self.case.drag / dt)
+    def _relax_membrane(self, ahead, rate):
+        """Positions (n_nodes, d) in balance at the end of the step, from the better of two starts."""
+        balance = self._balance(
+            rate.past(self.x, self.x_before), viscosity=self.case.drag / rate.step
+        )
         for heavier in _HEAVIER:
-            x = self._warm_start(balance, dt)
+            starts = [self.x.copy(), ahead.copy()] if heavier == 1.0 else [self.x.copy()]
+            x = min(
+                starts,
+                key=lambda s: relaxation.incremental_potential(balance, s, self.pressure, self.work),
+            )
             relaxation.set_fictitious_mass(balance, x, self.pressure, self.work)
             self.work.mass[:] *= heavier
             outcome = relaxation.relax(balance, self.controls, x, self.pressure, self.work)
             if outcome.status == relaxation.CONVERGED:
                 break
-        if outcome.status != relaxation.CONVERGED:
+        else:
             raise relaxation.RelaxationError(
-                relaxation.explain(outcome, self.controls, self.time, dt)
+                relaxation.explain(outcome, self.controls, self.time, rate.step)
             )
         self.pressure, self.residual, self.iterations = (
-            outcome.pressure, outcome.residual, outcome.iterations,
+            outcome.pressure,
+            outcome.residual,
+            outcome.iterations,
         )
         return x
 
-    def _balance(self, x_old, viscosity):
+    def _balance(self, x_rest, viscosity):
         return relaxation.Balance(
-            self.body, self.adhesion, viscosity, self.volume_0, self.number, x_old
+            self.body, self.adhesion, viscosity, self.volume_0, self.number, x_rest
         )
 
-    def _warm_start(self, balance, dt):
-        """Where the relaxation starts: ahead along the last motion, unless that leads uphill."""
-        x_old = balance.x_old
-        ahead = x_old + (x_old - self.x_before) * (dt / self.dt_before)
-        ahead[:, -1] = np.maximum(ahead[:, -1], 0.0)
-        still = x_old.copy()
-        return min(
-            ahead, still,
-            key=lambda x: relaxation.incremental_potential(balance, x, self.pressure, self.work),
-        )
+    def _measure(self, x):
+        """Set the nodal areas of ``work`` to those at ``x``; return the volume [a0^3]."""
+        return relaxation.set_forces(self._balance(x, viscosity=0.0), x, self.work)
 
-    def _measure(self):
-        """Set nodal areas at ``x``, and return the enclosed volume."""
-        self.volume = relaxation.set_forces(self._balance(self.x, 0.0), self.x, self.work)
-        return self.volume
-
-    def _update_ledger(self, x_old, area_old, dt):
+    def _update_ledger(self, x_old, area_old, rate):
         self.adhesion_work += adhesion_work(
             self.adhesion, self.number, x_old, area_old, self.x, self.work.area
         )
-        moved = np.sum((self.x - x_old) ** 2, axis=1)
-        self.dissipation += self.case.drag / dt * np.sum(self.body.reference_area * moved)
+        drag = self.case.drag / rate.step * (self.x - rate.past(x_old, self.x_before))
+        self.dissipation += np.sum(self.body.reference_area[:, None] * drag * (self.x - x_old))
+
+    def _distance(self, x, y):
+        """Root mean square distance [a0] of two configurations, over the reference area."""
+        weight = self.body.reference_area / self.body.reference_area.sum()
+        return np.sqrt(np.sum(weight[:, None] * (x - y) ** 2))
 
     @property
     def density(self):
@@ -145,21 +215,30 @@ class Spreading:
 
     @property
     def tensions(self):
-        """Principal tensions (n_elements, 2) [kT/a0^2], larger first."""
+        """Principal tensions (n_elements, 2) [kT/a0^2], see `vesdyn.body.principal_tensions`."""
         tension = np.zeros((len(self.body.elements), 2))
         principal_tensions(self.body, self.x, tension)
         return tension
 
+    def front(self, level):
+        """Membrane area below ``level`` [a0] and the mean radius of its rim: [a0^2], [a0]."""
+        share = np.zeros(len(self.body.edges))
+        set_shares_below(self.body, self.x, level, share)
+        area = area_below(self.body, self.x, level, share)
+        return area, contact_radius(self.x, self.body.edges, share)
+
     def history_row(self):
         """What is recorded at every coupling step, in the units of the model."""
-        density, level = self.density, BINDING_GAP * self.adhesion.cutoff
+        density, tension = self.density, self.tensions
+        binding_area, radius = self.front(BINDING_GAP * self.adhesion.cutoff)
+        lost = 0.0 if self.adhesion.frozen else self.number.sum() / self.number_0 - 1.0
         return {
             "time": self.time,
-            "binding_area": area_below(self.body, self.x, level),
-            "contact_radius": contact_radius(self.x, self.body.edges, level),
+            "binding_area": binding_area,
+            "contact_radius": radius,
             "pressure": self.pressure,
             "volume_error": self.volume / self.volume_0 - 1.0,
-            "receptor_number_error": 0.0 if self.adhesion.frozen else self.number.sum() / self.number_0 - 1.0,
+            "receptor_number_error": lost,
             "density_min": density.min(),
             "density_max": density.max(),
             "membrane_area": self.work.area.sum(),
@@ -170,38 +249,26 @@ class Spreading:
             "iterations": self.iterations,
             "residual": self.residual,
             "gap_min": self.x[:, -1].min(),
-            "tension_min": self.tensions.min(),
+            "tension_min": tension.min(),
             "clipped_edges": self.clipped_edges,
+            "step_error": self.step_error,
         }
 
     def frame(self):
         """Elements (n_elements, k), nodal arrays and element arrays to store or draw."""
-        gap, tension = self.x[:, -1], self.tensions
-        nodal = {
-            "position": self.x.copy(),
-            "density": self.density,
-            "gap": gap.copy(),
-            "traction": adhesion_traction_of(self.adhesion, gap, self.density),
-        }
-        return np.asarray(self.body.elements), nodal, {
-            "tension_1": tension[:, 0], "tension_2": tension[:, 1],
-        }
+        gap, density, tension = self.x[:, -1].copy(), self.density, self.tensions
+        traction = np.empty_like(gap)
+        for i in range(len(gap)):
+            traction[i] = adhesion_traction(self.adhesion, gap[i], density[i])
+        nodal = {"position": self.x.copy(), "density": density, "gap": gap, "traction": traction}
+        return self.body.elements, nodal, {"tension_1": tension[:, 0], "tension_2": tension[:, 1]}
 
     def state(self):
         """Everything that changes in time, as arrays and numbers."""
-        return {name: np.copy(value) if isinstance(value := getattr(self, name), np.ndarray) else value
-                for name in self._STATE}
+        return {name: getattr(self, name) for name in self._STATE}
 
     def restore(self, state):
         """Continue from ``state`` with the bits of the run that saved it."""
         for name in self._STATE:
             setattr(self, name, state[name])
-        self.x, self.x_before, self.number = (
-            np.ascontiguousarray(state[name]) for name in ("x", "x_before", "number")
-        )
-        self._measure()
-
-
-def adhesion_traction_of(adhesion, gap, density):
-    """Traction (n,) [kT/a0^3] at ``gap`` (n,) [a0] and ``density`` (n,) [c_r0]."""
-    return np.array([adhesion_traction(adhesion, d, c) for d, c in zip(gap, density)])
+        self.volume = self._measure(self.x)

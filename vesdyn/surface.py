@@ -227,22 +227,65 @@ def edge_conductances(body, x, conductance):
     return clipped
 
 
+@generic.set_shares_below.register(Surface)
+@njit
+def set_shares_below(body, x, level, share):
+    """See `vesdyn.body.set_shares_below`: the slope is the mean of the free faces around the upper vertex."""
+    slope = np.zeros_like(x)  # surface gradient of the height, summed over area
+    for e in range(body.elements.shape[0]):
+        a, b, c = body.elements[e, 0], body.elements[e, 1], body.elements[e, 2]
+        if min(x[a, 2], x[b, 2], x[c, 2]) < level:
+            continue
+        S = vector_area(x, a, b, c)
+        A = np.sqrt(S[0] * S[0] + S[1] * S[1] + S[2] * S[2])
+        nz = S[2] / A
+        for i in (a, b, c):
+            slope[i, 0] -= nz * S[0]
+            slope[i, 1] -= nz * S[1]
+            slope[i, 2] += A - nz * S[2]
+    for e in range(body.edges.shape[0]):
+        i, j = body.edges[e, 0], body.edges[e, 1]
+        if x[i, 2] > x[j, 2]:
+            i, j = j, i
+        if x[j, 2] < level or x[i, 2] >= level:
+            share[e] = 1.0 if x[j, 2] < level else 0.0
+            continue
+        dx, dy, dz = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
+        horizontal = np.hypot(dx, dy) * np.hypot(slope[j, 0], slope[j, 1])
+        along = 0.0
+        if horizontal > 0.0:  # the slope of a face is |gradient|; its part along the edge by the angle in plan
+            steep = slope[j, 2] / np.sqrt(slope[j, 0] ** 2 + slope[j, 1] ** 2 + slope[j, 2] ** 2)
+            along = steep * (dx * slope[j, 0] + dy * slope[j, 1]) / horizontal
+        share[e] = generic.extended_share(x[i, 2], x[j, 2], np.sqrt(dx * dx + dy * dy + dz * dz), along, level)
+
+
+@njit
+def vector_area(x, a, b, c):
+    """Area [a0^2] times outward normal of the triangle ``a, b, c``."""
+    ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+    vx, vy, vz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+    return 0.5 * (uy * vz - uz * vy), 0.5 * (uz * vx - ux * vz), 0.5 * (ux * vy - uy * vx)
+
+
 @generic.area_below.register(Surface)
 @njit
-def area_below(body, x, level):
-    """See `vesdyn.body.area_below`: exact for a height that is linear on each face."""
+def area_below(body, x, level, share):
+    """See `vesdyn.body.area_below`: a corner cut off, or a triangle with a corner missing."""
     total = 0.0
     for e in range(body.elements.shape[0]):
-        za, zb, zc = x[body.elements[e, 0], 2], x[body.elements[e, 1], 2], x[body.elements[e, 2], 2]
-        low, high = min(za, zb, zc), max(za, zb, zc)
-        if low >= level:
+        below = 0
+        odd = 0  # the corner that is alone on its side
+        for k in range(3):
+            below += x[body.elements[e, k], 2] < level
+        if below == 0:
             continue
         A = squared_lengths(body, x, e)[3]
-        middle = za + zb + zc - low - high
-        if level >= high:
+        if below == 3:
             total += A
-        elif level <= middle:  # the corner at `low` is cut off by a smaller triangle
-            total += A * (level - low) ** 2 / ((middle - low) * (high - low))
-        else:  # all but the corner at `high`
-            total += A * (1.0 - (high - level) ** 2 / ((high - middle) * (high - low)))
+            continue
+        for k in range(3):
+            if (x[body.elements[e, k], 2] < level) == (below == 1):
+                odd = k
+        first, second = share[body.element_edges[e, (odd + 1) % 3]], share[body.element_edges[e, (odd + 2) % 3]]
+        total += A * first * second if below == 1 else A * (1.0 - (1.0 - first) * (1.0 - second))
     return total
