@@ -8,20 +8,26 @@ body registers one kernel for each function below.
 Every body has the fields ``shear_modulus`` K [kT/a0^2], ``reference_area`` (n_nodes,) [a0^2] and
 ``edges`` (n_edges, 2).
 """
+import numpy as np
+
 from vesdyn._jit import by_body, njit
 
 
 @njit
-def extended_share(low, high, length, slope, level):
-    """Share of an edge below ``level`` if the membrane runs into its upper end with ``slope`` dz/ds.
+def extended_share(low, high, length, slope, curvature, level):
+    """Share of an edge below ``level`` if the membrane beyond it is extended over its upper end.
 
-    ``low`` < ``level`` <= ``high`` are the heights of its ends and ``length`` its length [a0]. Never less than
-    straight interpolation gives.
+    ``low`` < ``level`` <= ``high`` are the heights of its ends and ``length`` its length [a0]; ``slope`` dz/ds and
+    ``curvature`` d2z/ds2 [1/a0] those of the membrane at the upper end. Where the parabola has its lowest
+    point above ``level``, that point counts. Never less than straight interpolation gives.
     """
     straight = (level - low) / (high - low)
+    drop = high - level
+    root = slope * slope - 2.0 * curvature * drop
     if slope * length <= high - low:
         return straight
-    return max(straight, 1.0 - (high - level) / (slope * length))
+    distance = 2.0 * drop / (slope + np.sqrt(root)) if root > 0.0 else slope / curvature
+    return min(1.0, max(straight, 1.0 - distance / length))
 
 
 @by_body
@@ -68,7 +74,7 @@ def set_shares_below(body, x, level, share):
     """Overwrite ``share`` (n_edges,): the part of each edge that lies below height ``level`` [a0].
 
     The membrane leaves the plane at an angle, and the kink lies somewhere on the edge that crosses: it is
-    found by extending the slope of the free membrane beyond the edge down to ``level``. Straight
+    found by extending slope and curvature of the free membrane beyond the edge down to ``level``. Straight
     interpolation from node to node would put the front at the last bound node until the next one lands.
     """
     raise NotImplementedError

@@ -66,12 +66,18 @@ class Receptors(_Section):
 class Mesh(_Section):
     front_edge: float = Field(0.015, gt=0, description="edge length where the membrane will touch [a0]")
     far_edge: float = Field(0.05, gt=0, le=0.5, description="edge length far above the substrate [a0]")
-    layout: Literal["rings", "spiral"] = Field("rings", description="how the vertices are laid out: rings or spiral")
+    layout: Literal["scalloped", "rings", "spiral"] = Field(
+        "scalloped", description="how the vertices are laid out: scalloped, rings or spiral"
+    )
 
 
 class Time(_Section):
     end: float = Field(1.2, gt=0, description="end of the run [a0^2/D]")
-    step: float = Field(0.002, ge=1e-9, description="coupling step, shortened to land on the frames [a0^2/D]")
+    step: float | Literal["auto"] = Field(
+        0.002, description="coupling step, shortened to land on the frames [a0^2/D]; auto: as accuracy allows"
+    )
+    order: Literal[1, 2] = Field(2, description="order of the coupling step; 1: the paper's staggering")
+    stop_when_steady: bool = Field(True, description="end the run early once nothing moves (step: auto)")
 
 
 class Output(_Section):
@@ -82,7 +88,9 @@ class Output(_Section):
 
 
 class Solver(_Section):
-    tolerance: float = Field(1e-4, gt=0, lt=1, description="largest scaled out-of-balance force of a node")
+    tolerance: float | Literal["auto"] = Field(
+        "auto", description="largest scaled out-of-balance force of a node; auto: 0.04 x accuracy"
+    )
     damping: Literal["viscous", "kinetic"] = Field("viscous", description="damping: viscous or kinetic")
     max_iterations: int = Field(20000, ge=1, description="iterations after which a step is given up")
 
@@ -95,12 +103,17 @@ class Case(_Section):
         pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$",
         description="name of the case and of its directory in runs/",
     )
-    model: Literal["surface"] = Field("surface", description="how the membrane is discretised: surface (triangles)")
+    model: Literal["surface", "axisymmetric", "auto"] = Field(
+        "surface", description="body: surface (triangles), axisymmetric (meridian) or auto: the least that serves"
+    )
+    accuracy: float = Field(
+        0.01, ge=1e-4, le=0.2, description="wished relative error of the binding area after t = 0.01; 1% or 0.01"
+    )
     membrane: Membrane = Membrane()
     adhesion: Adhesion = Adhesion()
     receptors: Receptors = Receptors()
     drag: float = Field(0.07, ge=0, description="drag per unit reference area [kT D^-1 a0^-2]; 0: statics at each step")
-    mesh: Mesh = Mesh()
+    mesh: Mesh | Literal["auto"] = Mesh()
     time: Time = Time()
     output: Output = Output()
     solver: Solver = Solver()

@@ -170,24 +170,34 @@ def edge_conductances(body, x, conductance):
     return 0
 
 
+@njit
+def ascent(x, e, step, level):
+    """Length and slope dz/ds of segment ``e`` walked in direction ``step``; no length where it is not free."""
+    if e < 0 or e >= x.shape[0] - 1 or min(x[e, 1], x[e + 1, 1]) < level:
+        return 0.0, 0.0
+    length = np.hypot(x[e + 1, 0] - x[e, 0], x[e + 1, 1] - x[e, 1])
+    return length, step * (x[e + 1, 1] - x[e, 1]) / length
+
+
 @generic.set_shares_below.register(Meridian)
 @njit
 def set_shares_below(body, x, level, share):
-    """See `vesdyn.body.set_shares_below`: the slope is that of the next segment on the free side."""
-    n = body.elements.shape[0]
-    for e in range(n):
-        i, j, beyond = e, e + 1, e + 1
+    """See `vesdyn.body.set_shares_below`: slope and curvature are those of the next two segments."""
+    for e in range(body.elements.shape[0]):
+        i, j, step = e, e + 1, 1
         if x[i, 1] > x[j, 1]:
-            i, j, beyond = j, i, e - 1
+            i, j, step = j, i, -1
         if x[j, 1] < level or x[i, 1] >= level:
             share[e] = 1.0 if x[j, 1] < level else 0.0
             continue
-        slope = 0.0
-        if 0 <= beyond < n and min(x[beyond, 1], x[beyond + 1, 1]) >= level:
-            rise = x[beyond + 1, 1] - x[beyond, 1]
-            slope = abs(rise) / np.hypot(x[beyond + 1, 0] - x[beyond, 0], rise)
+        length_1, slope = ascent(x, e + step, step, level)
+        length_2, slope_2 = ascent(x, e + 2 * step, step, level)
+        curvature = 0.0
+        if length_2 > 0.0:
+            curvature = 2.0 * (slope_2 - slope) / (length_1 + length_2)
+            slope -= 0.5 * curvature * length_1
         length = np.hypot(x[j, 0] - x[i, 0], x[j, 1] - x[i, 1])
-        share[e] = generic.extended_share(x[i, 1], x[j, 1], length, slope, level)
+        share[e] = generic.extended_share(x[i, 1], x[j, 1], length, slope, curvature, level)
 
 
 @generic.area_below.register(Meridian)

@@ -1,19 +1,21 @@
 """The picture of a run: what the vesicle looks like as it spreads, and how well it was computed.
 
 A vesicle is drawn in orthographic projection by the painter's algorithm: faces that look away are left out,
-the others are painted from the farthest to the nearest, with colours interpolated between the vertices. For
-the eye, colours are dimmed by the cosine of the angle between normal and light (Lambert). The substrate,
-z = 0, is below every vesicle and every viewer but the one who looks up through it, so it is painted first.
+the others are painted from the farthest to the nearest, with colours interpolated between the vertices. The
+substrate, z = 0, hides nothing of a vesicle on it from a viewer above, so it is painted first.
 """
+
+from typing import NamedTuple
 
 import h5py
 import matplotlib
 import matplotlib.style
 import numpy as np
-from matplotlib.collections import LineCollection, TriMesh
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import TriMesh
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
+from matplotlib.ticker import FixedLocator, NullLocator
 from matplotlib.tri import Triangulation
 
 from vesdyn.case import load_case
@@ -22,17 +24,22 @@ from vesdyn.spreading import BINDING_GAP
 from vesdyn.storage import RunDirectory
 
 SNAPSHOTS = 4  # as many as in Fig. 2 of the paper
-ELEVATION = np.radians(13.0)  # of the viewer above the substrate: sees under the overhang, down to the contact
-BELOW = np.radians(-90.0)
-SECTORS = 180  # of a revolved meridian
-ROUND_OFF = 1e-17  # errors under this are drawn there: a logarithmic axis has no zero
+ABOVE, BELOW = 13.0, -90.0  # elevations [degrees]; the first is low enough to see the contact under the overhang
+SECTORS = 180  # of a meridian that is revolved to be drawn
+ROUND_OFF = 1e-17  # a smaller error is drawn there: a logarithmic axis has no zero
 
-_COLORS = matplotlib.colormaps["viridis"]
-_DARK, _MIDDLE, _LIGHT = "#1b3a5c", "#c8553d", "#8a8a8a"  # also told apart in grey, by lightness
+_COLOR_MAP = matplotlib.colormaps["viridis"]
+_DARK, _MIDDLE, _LIGHT = "#12355b", "#c44536", "#e0a030"  # told apart by lightness as well
+_LIGHT_FROM = np.array([-0.45, -0.65, 0.61])  # over the viewer's left shoulder
+_DIMMED = 0.6  # the part of a colour that is left where light comes from the side or from behind
+_SUBSTRATE, _SUBSTRATE_LINE = "#ececec", "#9a9a9a"
+_DENSITY_TICKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 1, 1.5, 2, 3, 4, 6, 10, 20, 50, 100)
+_TIME = "time $t$ [$a_0^2/D$]"
 _STYLE = {
     "font.size": 9,
-    "axes.labelsize": 9,
     "axes.titlesize": 9,
+    "axes.titlelocation": "left",
+    "axes.titleweight": "bold",
     "xtick.labelsize": 8,
     "ytick.labelsize": 8,
     "legend.fontsize": 8,
@@ -42,35 +49,266 @@ _STYLE = {
     "axes.spines.right": False,
     "xtick.direction": "in",
     "ytick.direction": "in",
-    "lines.linewidth": 1.3,
-    "mathtext.fontset": "dejavusans",
+    "lines.linewidth": 1.2,
 }
+
+
+class Shape(NamedTuple):
+    """A closed triangle surface at a time, with the receptor density on it."""
+
+    time: float  # [a0^2/D]
+    vertices: np.ndarray  # (n_vertices, 3) [a0]
+    faces: np.ndarray  # (n_faces, 3) outward
+    density: np.ndarray  # (n_vertices,) [c_r0]
 
 
 def summary(directory):
     """Draw ``summary.png`` in the run directory ``directory`` (a path) and return its path.
 
-    Snapshots of the vesicle at the first stored times after t = 0, coloured by receptor density; binding
-    area A(t) [a0^2]; residual and iterations of the relaxation; errors of conservation and of the balance of
-    work. An unfinished run is drawn as far as it went.
+    Snapshots at the first stored times after t = 0, coloured by receptor density; the binding area A(t);
+    residual and iterations of the relaxation; errors of volume, receptor number and work balance. A run that
+    is not finished is drawn as far as it went.
 
-    Raises ValueError if there is no case, no row in the history, or no frame.
+    Raises ValueError if the case, the history or the frames are missing or empty.
     """
     directory = RunDirectory(directory)
     case = load_case(directory.case_file)
     history = directory.history()
     if not history:
-        raise ValueError(f"{directory.history_file}: has no step yet; draw the run after its first step.")
-    start, snapshots = _read_frames(directory)
+        raise ValueError(f"{directory.history_file}: holds no step yet; draw the run after its first step.")
+    if not directory.frame_times():
+        raise ValueError(f"{directory.frames_file}: holds no frame; start the run anew with --restart.")
+    elastic_energy_0, shapes = _read_frames(directory, case.membrane)
+
     with matplotlib.style.context(["default", _STYLE]):
         figure = Figure(figsize=(12, 8), dpi=150)
-        top, bottom = figure.subfigures(2, 1, height_ratios=(5.2, 2.8))
-        _draw_snapshots(top, snapshots, BINDING_GAP * case.adhesion.cutoff)
-        axes = bottom.subplots(1, 3, gridspec_kw={"left": 0.06, "right": 0.985, "bottom": 0.17, "top": 0.9})
-        _draw_binding_area(axes[0], history, case.output.frames)
-        _draw_relaxation(axes[1], history, case.solver.tolerance)
-        _draw_errors(axes[2], history, _initial_elastic_energy(case.membrane, *start))
+        _draw_title(figure, case)
+        upper, lower = figure.subfigures(2, 1, height_ratios=(5.3, 2.7))
+        _draw_shapes(upper, shapes, BINDING_GAP * case.adhesion.cutoff)
+        place = lower.add_gridspec(1, 3, left=0.055, right=0.98, bottom=0.16, top=0.91, wspace=0.24)
+        _draw_binding_area(lower.add_subplot(place[0]), history, case.output.frames)
+        _draw_relaxation(lower, place[1], history, case.solver.tolerance)
+        _draw_errors(lower.add_subplot(place[2]), history, elastic_energy_0)
         part = directory.summary_file.with_suffix(".png.part")
         figure.savefig(part, format="png")
     part.replace(directory.summary_file)
     return directory.summary_file
+
+
+# Shapes --------------------------------------------------------------------------------------------------
+
+
+def _read_frames(directory, membrane):
+    """Return the elastic energy [kT] at t = 0 and the shapes to draw: the first after t = 0, or that at t = 0."""
+    with h5py.File(directory.frames_file, "r") as file:
+        connectivity = file["connectivity"][()]
+        frames = sorted((file[name] for name in file if name != "connectivity"), key=lambda f: f.attrs["time"])
+
+        def shape(frame):
+            x, density = frame["position"][()], frame["density"][()]
+            surface = (x, connectivity, density) if connectivity.shape[1] == 3 else revolve(x, density, SECTORS)
+            return Shape(float(frame.attrs["time"]), *surface)
+
+        start, *later = frames
+        elastic_energy_0 = _start_energy(membrane, start["position"][()], connectivity)
+        return elastic_energy_0, [shape(frame) for frame in later[:SNAPSHOTS] or [start]]
+
+
+def _start_energy(membrane, x, connectivity):
+    """Elastic energy [kT] of the start shape: the prestretch, equal in all directions, of a stress-free sphere."""
+    corner = x[connectivity]
+    if connectivity.shape[1] == 3:
+        normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+        area = 0.5 * np.linalg.norm(normal, axis=1).sum()
+    else:  # cones
+        slant = np.linalg.norm(corner[:, 1] - corner[:, 0], axis=1)
+        area = np.pi * np.sum(slant * corner[:, :, 0].sum(axis=1))
+    stretch = membrane.prestretch
+    return area / stretch**2 * strain_energy(membrane.shear_modulus, 2.0 * stretch**2, stretch**-2)
+
+
+def revolve(x, nodal, n_sectors):
+    """Turn a meridian about the axis into a closed triangle surface of ``n_sectors`` equal sectors.
+
+    ``x`` (n_nodes, 2) are (r, z) [a0] from the lower to the upper pole, both on the axis; ``nodal``
+    (n_nodes, ...) are values at the nodes. Returns vertices (n_vertices, 3) [a0], outward faces (n_faces, 3)
+    and the values at the vertices (n_vertices, ...): the lower pole, each ring, the upper pole. Its area is
+    second order in 1/n_sectors.
+    """
+    n = len(x)
+    node = np.concatenate([[0], np.repeat(np.arange(1, n - 1), n_sectors), [n - 1]])
+    angle = np.concatenate([[0.0], np.tile(np.arange(n_sectors) * (2.0 * np.pi / n_sectors), n - 2), [0.0]])
+    r, z = x[node].T
+    vertices = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
+
+    ring = 1 + np.arange((n - 2) * n_sectors).reshape(n - 2, n_sectors)
+    ahead = np.roll(ring, -1, axis=1)
+    lower_pole, upper_pole = np.zeros(n_sectors, dtype=int), np.full(n_sectors, len(vertices) - 1)
+    triples = (
+        (lower_pole, ahead[0], ring[0]),
+        (ring[:-1], ahead[:-1], ahead[1:]),
+        (ring[:-1], ahead[1:], ring[1:]),
+        (ring[-1], ahead[-1], upper_pole),
+    )
+    faces = np.concatenate([np.stack(triple, axis=-1).reshape(-1, 3) for triple in triples])
+    return vertices, faces, nodal[node]
+
+
+# Projection ----------------------------------------------------------------------------------------------
+
+
+def project(x, elevation):
+    """Orthographic view of ``x`` (n, 3) along +y, tilted to look from ``elevation`` [degrees] above z = 0.
+
+    Returns right, up and towards the viewer, three arrays (n,). From -90 degrees, below, +x is to the right
+    and what was in front (-y) is at the top.
+    """
+    sine, cosine = np.sin(np.radians(elevation)), np.cos(np.radians(elevation))
+    return x[:, 0], sine * x[:, 1] + cosine * x[:, 2], sine * x[:, 2] - cosine * x[:, 1]
+
+
+def visible_faces(x, faces, elevation):
+    """Rows of ``faces`` (n_faces, 3) that face the viewer, the farthest first; ``x`` (n_vertices, 3) [a0]."""
+    right, up, nearness = project(x, elevation)
+    a, b, c = faces.T
+    turn = (right[b] - right[a]) * (up[c] - up[a]) - (up[b] - up[a]) * (right[c] - right[a])
+    order = np.argsort(nearness[faces].sum(axis=1), kind="stable")
+    return faces[order[turn[order] > 0.0]]
+
+
+def vertex_normals(x, faces):
+    """Outward unit normals (n_vertices, 3), the mean of those of the adjacent ``faces`` weighted by area."""
+    corner = x[faces]
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    total = np.stack([np.bincount(faces.ravel(), np.repeat(normal[:, k], 3), len(x)) for k in range(3)], axis=1)
+    return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), np.finfo(float).tiny)
+
+
+def _draw_vesicle(axes, shape, norm, elevation):
+    """Paint the faces of ``shape`` that are seen; only from above are they lit, so from below colours are exact."""
+    color = _COLOR_MAP(norm(shape.density))
+    if elevation == ABOVE:  # dim by the cosine between normal and light (Lambert)
+        cosine = np.clip(vertex_normals(shape.vertices, shape.faces) @ _LIGHT_FROM, 0.0, 1.0)
+        color[:, :3] *= (_DIMMED + (1.0 - _DIMMED) * cosine)[:, None]
+    right, up, _ = project(shape.vertices, elevation)
+    faces = visible_faces(shape.vertices, shape.faces, elevation)
+    axes.add_collection(TriMesh(Triangulation(right, up, faces), facecolors=color, zorder=2), autolim=False)
+
+
+def _circle(radius):
+    """Points (n, 3) [a0] of a circle on the substrate about the axis."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 181)
+    return radius * np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
+
+
+# Panels --------------------------------------------------------------------------------------------------
+
+
+def _draw_title(figure, case):
+    """One line that names the case and its parameters."""
+    membrane, adhesion = case.membrane, case.adhesion
+    parameters = (
+        f"$K$ = {membrane.shear_modulus:g} $kT/a_0^2$",
+        f"prestretch {membrane.prestretch:g}",
+        rf"$T_\mathrm{{max}}$ = {adhesion.traction:g} $kT/a_0^3$",
+        f"$d_c$ = {adhesion.cutoff:g} $a_0$",
+        f"$c_l/c_{{r0}}$ = {adhesion.ligand_ratio:g}",
+        "receptors frozen" if case.receptors.frozen else f"drift number {case.drift_number:g}",
+        f"drag {case.drag:g}",
+    )
+    figure.text(0.015, 0.976, case.name, size=11, weight="bold", va="center")
+    figure.text(0.98, 0.976, "    ".join(parameters), ha="right", va="center")
+
+
+def _draw_shapes(figure, shapes, bound_below):
+    """Each shape from above and from below, all at one scale; ``bound_below`` [a0] is the gap of bound membrane."""
+    density = np.concatenate([shape.density for shape in shapes])
+    norm = LogNorm(min(density.min(), 0.8), max(density.max(), 1.25))  # 1 at the start
+    width = 1.12 * max(np.abs(shape.vertices[:, :2]).max() for shape in shapes)
+    bottom = project(_circle(width), ABOVE)[1].min()
+    top = max(project(shape.vertices, ABOVE)[1].max() for shape in shapes)
+
+    place = figure.add_gridspec(
+        2, SNAPSHOTS, left=0.035, right=0.915, bottom=0.02, top=0.89, wspace=0.02, hspace=0.03,
+        height_ratios=(top - bottom, 2.0 * width),
+    )  # fmt: skip
+    views = ((ABOVE, (bottom, top), f"from {ABOVE:g}° above"), (BELOW, (-width, width), "through the substrate"))
+    for row, (elevation, height, view) in enumerate(views):
+        for column, shape in enumerate(shapes):
+            axes = figure.add_subplot(place[row, column], aspect="equal", xlim=(-width, width), ylim=height)
+            axes.set_axis_off()
+            axes.fill(*project(_circle(width), elevation)[:2], color=_SUBSTRATE, lw=0, zorder=0)
+            for radius in np.arange(0.25, width, 0.25):
+                axes.plot(*project(_circle(radius), elevation)[:2], color=_SUBSTRATE_LINE, lw=0.6, zorder=1)
+            _draw_vesicle(axes, shape, norm, elevation)
+            if elevation == BELOW:
+                _draw_contact_line(axes, shape, bound_below)
+            if row == 0:
+                axes.set_title(f"$t$ = {shape.time:g} $a_0^2/D$", loc="center", weight="normal", pad=7)
+            if column == 0:
+                axes.text(0.0, 0.5, view, transform=axes.transAxes, rotation=90, ha="right", va="center")
+    figure.text(0.015, 0.905, "(a)", weight="bold")
+
+    bar = figure.colorbar(ScalarMappable(norm, _COLOR_MAP), cax=figure.add_axes((0.935, 0.1, 0.012, 0.72)))
+    bar.set_label("receptor density $c$ [$c_{r0}$]")
+    bar.ax.yaxis.set_major_locator(FixedLocator(_DENSITY_TICKS))
+    bar.ax.yaxis.set_major_formatter("{x:g}")
+    bar.ax.yaxis.set_minor_locator(NullLocator())
+
+
+def _draw_contact_line(axes, shape, level):
+    """Draw where the gap is ``level`` [a0], seen from below."""
+    gap = shape.vertices[:, 2]
+    if gap.min() < level:
+        right, up, _ = project(shape.vertices, BELOW)
+        faces = visible_faces(shape.vertices, shape.faces, BELOW)
+        axes.tricontour(right, up, faces, gap, levels=[level], colors="black", linewidths=0.8, zorder=3)
+
+
+def _draw_binding_area(axes, history, asked):
+    """A(t), and on it the ``asked`` times [a0^2/D] of stored shapes that were reached."""
+    t, A = history["time"], history["binding_area"]
+    reached = [time for time in asked if time <= t[-1]]
+    axes.plot(t, A, color=_DARK)
+    area = np.interp(reached, t, A)
+    axes.plot(reached, area, "o", mfc="white", mec=_DARK, ms=5, clip_on=False, label="stored shapes")
+    axes.set(xlabel=_TIME, ylabel="binding area $A$ [$a_0^2$]", title="(b)")
+    axes.set(xlim=(0.0, t[-1]), ylim=(0.0, 1.08 * A.max() or 1.0))
+    axes.legend(loc="lower right")
+    axes.locator_params(axis="x", nbins=5)
+
+
+def _draw_relaxation(figure, place, history, tolerance):
+    """Residual and iterations of each step, one above the other; ``tolerance`` is that of the residual, if a number."""
+    upper, lower = place.subgridspec(2, 1, hspace=0.15).subplots(sharex=True)
+    t, residual = history["time"], np.maximum(history["residual"], ROUND_OFF)
+    upper.semilogy(t, residual, ".", color=_DARK, ms=3, clip_on=False)
+    upper.set(ylabel="residual", ylim=(residual.min() / 30.0, residual.max() * 10.0), title="(c)")
+    upper.yaxis.set_minor_locator(NullLocator())
+    if isinstance(tolerance, float):
+        upper.axhline(tolerance, color=_MIDDLE, ls="--", lw=1.0, zorder=1, label="tolerance")
+        upper.legend(loc="upper right")
+    lower.plot(t, history["iterations"], ".", color=_DARK, ms=3, clip_on=False)
+    lower.set(xlabel=_TIME, ylabel="iterations", xlim=(0.0, t[-1]))
+    lower.set_ylim(0.0, 1.08 * history["iterations"].max() or 1.0)
+    lower.locator_params(axis="x", nbins=5)
+    figure.align_ylabels((upper, lower))
+
+
+def _draw_errors(axes, history, elastic_energy_0):
+    """Relative errors of what the scheme conserves exactly, and of the balance of work, which the step limits."""
+    t, work = history["time"], history["adhesion_work"]
+    surplus = history["elastic_energy"] - elastic_energy_0 + history["dissipation"] - work
+    imbalance = np.divide(surplus, work, out=np.full_like(work, np.nan), where=work != 0.0)
+    curves = (
+        (imbalance, "work: (gained + dissipated) / adhesion $-$ 1", _MIDDLE, "--"),
+        (history["volume_error"], "volume: $V/V_0-1$", _DARK, "-"),
+        (history["receptor_number_error"], "receptors: $N/N_0-1$", _LIGHT, "-"),
+    )
+    for error, label, color, style in curves:
+        axes.semilogy(t, np.maximum(np.abs(error), ROUND_OFF), style, color=color, clip_on=False, label=label)
+    axes.set(xlabel=_TIME, ylabel="relative error", xlim=(0.0, t[-1]), ylim=(ROUND_OFF, 10.0), title="(d)")
+    axes.yaxis.set_major_locator(FixedLocator([1e-16, 1e-12, 1e-8, 1e-4, 1.0]))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.legend(loc="center right", bbox_to_anchor=(1.0, 0.55))
+    axes.locator_params(axis="x", nbins=5)

@@ -208,6 +208,12 @@ class Spreading:
         weight = self.body.reference_area / self.body.reference_area.sum()
         return np.sqrt(np.sum(weight[:, None] * (x - y) ** 2))
 
+    def rates(self):
+        """Speed of the membrane (rms) [a0] and net flux of receptors (rms, of their number) per a0^2/D."""
+        moved = self._distance(self.x_before, self.x) / self.dt_before
+        change = np.sqrt(np.sum((self.number - self.number_before) ** 2) / np.sum(self.number**2))
+        return moved, change / self.dt_before
+
     @property
     def density(self):
         """Receptor density c (n_nodes,) [c_r0] per current area."""

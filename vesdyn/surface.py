@@ -230,19 +230,39 @@ def edge_conductances(body, x, conductance):
 @generic.set_shares_below.register(Surface)
 @njit
 def set_shares_below(body, x, level, share):
-    """See `vesdyn.body.set_shares_below`: the slope is the mean of the free faces around the upper vertex."""
-    slope = np.zeros_like(x)  # surface gradient of the height, summed over area
+    """See `vesdyn.body.set_shares_below`.
+
+    The slope of a free vertex is the area mean over its free faces, taken at their common centroid; the
+    curvature the change of that slope towards its free neighbours.
+    """
+    n = x.shape[0]
+    ascent, centroid = np.zeros((n, 3)), np.zeros((n, 3))  # surface gradient of the height, where
+    weight, spread, bend = np.zeros(n), np.zeros(n), np.zeros(n)
     for e in range(body.elements.shape[0]):
         a, b, c = body.elements[e, 0], body.elements[e, 1], body.elements[e, 2]
         if min(x[a, 2], x[b, 2], x[c, 2]) < level:
             continue
         S = vector_area(x, a, b, c)
         A = np.sqrt(S[0] * S[0] + S[1] * S[1] + S[2] * S[2])
-        nz = S[2] / A
         for i in (a, b, c):
-            slope[i, 0] -= nz * S[0]
-            slope[i, 1] -= nz * S[1]
-            slope[i, 2] += A - nz * S[2]
+            weight[i] += A
+            ascent[i, 2] += A
+            for k in range(3):
+                ascent[i, k] -= S[2] / A * S[k]
+                centroid[i, k] += A / 3.0 * (x[a, k] + x[b, k] + x[c, k])
+    for i in range(n):
+        if weight[i] > 0.0:
+            ascent[i] /= weight[i]
+            centroid[i] /= weight[i]
+    steep = np.sqrt(ascent[:, 0] ** 2 + ascent[:, 1] ** 2 + ascent[:, 2] ** 2)
+    for e in range(body.edges.shape[0]):
+        for i, j in ((body.edges[e, 0], body.edges[e, 1]), (body.edges[e, 1], body.edges[e, 0])):
+            if weight[i] > 0.0 and weight[j] > 0.0 and steep[i] > 0.0:
+                ahead = 0.0
+                for k in range(3):
+                    ahead += (centroid[j, k] - centroid[i, k]) * ascent[i, k] / steep[i]
+                spread[i] += ahead * ahead
+                bend[i] += ahead * (steep[j] - steep[i])
     for e in range(body.edges.shape[0]):
         i, j = body.edges[e, 0], body.edges[e, 1]
         if x[i, 2] > x[j, 2]:
@@ -250,13 +270,18 @@ def set_shares_below(body, x, level, share):
         if x[j, 2] < level or x[i, 2] >= level:
             share[e] = 1.0 if x[j, 2] < level else 0.0
             continue
+        slope = curvature = 0.0
         dx, dy, dz = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
-        horizontal = np.hypot(dx, dy) * np.hypot(slope[j, 0], slope[j, 1])
-        along = 0.0
-        if horizontal > 0.0:  # the slope of a face is |gradient|; its part along the edge by the angle in plan
-            steep = slope[j, 2] / np.sqrt(slope[j, 0] ** 2 + slope[j, 1] ** 2 + slope[j, 2] ** 2)
-            along = steep * (dx * slope[j, 0] + dy * slope[j, 1]) / horizontal
-        share[e] = generic.extended_share(x[i, 2], x[j, 2], np.sqrt(dx * dx + dy * dy + dz * dz), along, level)
+        plan = np.hypot(dx, dy) * np.hypot(ascent[j, 0], ascent[j, 1])
+        if plan > 0.0 and spread[j] > 0.0:
+            along = (dx * ascent[j, 0] + dy * ascent[j, 1]) / plan  # cosine between edge and ascent, seen from above
+            beyond = 0.0
+            for k in range(3):
+                beyond += (centroid[j, k] - x[j, k]) * ascent[j, k] / steep[j]
+            curvature = bend[j] / spread[j] * along * along
+            slope = (steep[j] - bend[j] / spread[j] * beyond) * along
+        length = np.sqrt(dx * dx + dy * dy + dz * dz)
+        share[e] = generic.extended_share(x[i, 2], x[j, 2], length, slope, curvature, level)
 
 
 @njit
