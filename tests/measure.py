@@ -9,7 +9,6 @@ from vesdyn import relaxation
 from vesdyn.adhesion import Adhesion
 from vesdyn.body import add_elastic_forces
 from vesdyn.case import Case
-from vesdyn.front import contact_radius
 from vesdyn.meridian import build_meridian
 from vesdyn.meshing import graded_meridian, graded_sphere
 from vesdyn.spreading import Spreading
@@ -77,38 +76,59 @@ def relaxed(balance, x, tolerance, kinetic=False, lighter=1.0, max_iterations=20
     return x, relaxation.relax(balance, controls, x, float(pressure), work)
 
 
-def adhered(model, front_edge, traction, prestretch=1.0, cutoff=0.1, shear_modulus=1.0, **more):
-    """A vesicle in static balance at frozen density; parameters in the units of the tables."""
-    case = Case.model_validate({
-        "name": "static", "drag": 0.0, "receptors": {"frozen": True},
+def straight_shares(x, edges, level):
+    """The part of each edge that lies below ``level``, interpolated from node to node."""
+    heights = np.sort(x[edges, -1], axis=1)
+    low, high = heights.T
+    return np.clip((level - low) / np.where(high > low, high - low, 1.0), 0.0, 1.0)
+
+
+def mean_radius(x, edges, level):
+    """Mean distance from the axis at which the outermost edges cross ``level``, straight from node to node."""
+    a, b = x[edges[:, 0]], x[edges[:, 1]]
+    crossing = (a[:, -1] < level) != (b[:, -1] < level)
+    a, b = a[crossing], b[crossing]
+    share = (level - a[:, -1]) / (b[:, -1] - a[:, -1])
+    return np.linalg.norm((a + share[:, None] * (b - a))[:, :-1], axis=1).mean()
+
+
+def static_case(model, front_edge, traction, prestretch=1.0, cutoff=0.1, shear_modulus=1.0, **more):
+    """Frozen density and no drag; parameters in the units of the tables, ``more`` see below."""
+    mesh = {"front_edge": front_edge, "far_edge": more.get("far_edge", 2.0 * front_edge)}
+    return Case.model_validate({
+        "name": "static", "model": model, "drag": more.get("drag", 0.0), "receptors": {"frozen": True},
         "membrane": {"shear_modulus": shear_modulus, "prestretch": prestretch},
         "adhesion": {"traction": traction * prestretch, "cutoff": cutoff / prestretch},
-        "mesh": {"front_edge": front_edge, "far_edge": more.get("far_edge", 2.0 * front_edge), "layout": more.get("layout", "rings")},
+        "mesh": mesh | {"layout": more.get("layout", "rings")},
         "time": {"end": 2.0, "step": 1.0},
         "solver": {"tolerance": more.get("tolerance", 1e-6), "max_iterations": 400_000},
-    }).model_copy(update={"model": model})
-    spreading = Spreading(case)
+    })
+
+
+def adhered(*arguments, **more):
+    """A taut vesicle in static balance (`static_case`), reached in one step."""
+    spreading = Spreading(static_case(*arguments, **more))
     spreading.advance(1.0)
     return static_state(spreading)
 
 
 def static_state(spreading):
-    """Pressure, height, energy, and contact radius and area at z = 0, in the units of the tables.
+    """Pressure, height, energy, and contact radius at z = 0, in the units of the tables.
 
-    Next to the contact the membrane rises as z ~ s^2, so that radius and area at height z are smooth in
-    sqrt(z): measured at 1, 4 and 9 hundredths of the cutoff and continued by a parabola in sqrt(z) to z = 0.
+    Next to the contact the membrane rises as z ~ s^2, so that the radius at height z is smooth in sqrt(z):
+    measured at 1, 4 and 9 hundredths of the cutoff and continued by a parabola in sqrt(z) to z = 0.
     """
     stretch = spreading.case.membrane.prestretch
-    levels = np.array([0.01, 0.04, 0.09]) * spreading.adhesion.cutoff
-    to_zero = np.array([3.0, -3.0, 1.0])
     row = spreading.history_row()
-    radii = [contact_radius(spreading.x, spreading.body.edges, level) for level in levels]
-    radius = stretch * (to_zero @ radii)
+    radii = [
+        mean_radius(spreading.x, spreading.body.edges, level * spreading.adhesion.cutoff)
+        for level in (0.01, 0.04, 0.09)
+    ]
     return {
         "pressure": row["pressure"] / stretch,
         "height": row["height"] * stretch,
         "energy": row["elastic_energy"] * stretch**2,
-        "contact_radius": radius,
+        "contact_radius": stretch * (3.0 * radii[0] - 3.0 * radii[1] + radii[2]),
         "min_tension": row["tension_min"],
         "volume_error": row["volume_error"],
     }

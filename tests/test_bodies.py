@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from measure import BODIES, balance_of, fitted_order, forces, relaxed, shaken, sphere
+from measure import fitted_order, forces, shaken, sphere, straight_shares
 
 from vesdyn.body import (
     add_stiffness_bounds,
@@ -10,7 +10,9 @@ from vesdyn.body import (
     edge_conductances,
     elastic_energy,
     principal_tensions,
+    set_shares_below,
 )
+from vesdyn.front import front_points
 
 H = np.array([8e-3, 4e-3, 2e-3, 1e-3])  # relative steps: truncation far above round-off
 SLOPE = 0.03  # a fitted slope differs from 2 by the next term of the series, about H^2
@@ -212,7 +214,7 @@ def clipped_area(corners, level):
 def test_triangle_area_below_a_level_against_clipped_polygons(layout, level):
     x, body = shape("surface", layout=layout)
     expected = sum(clipped_area(x[face], level) for face in body.elements)
-    assert area_below(body, x, level) == pytest.approx(expected, rel=1e-13)
+    assert area_below(body, x, level, straight_shares(x, body.edges, level)) == pytest.approx(expected, rel=1e-13)
 
 
 @pytest.mark.parametrize("level", [0.003, 0.02, 0.3, 0.9])
@@ -225,13 +227,43 @@ def test_cone_area_below_a_level_against_fine_strips(level):
         r, z = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
         expected += np.sum(2.0 * np.pi * r * np.linalg.norm(b - a) / strips * (z < level))
     # at most one strip of each element that is cut is counted wrongly
-    assert area_below(body, x, level) == pytest.approx(expected, abs=3 * np.pi * 0.2 / strips)
+    assert area_below(body, x, level, straight_shares(x, body.edges, level)) == pytest.approx(expected, abs=3 * np.pi * 0.2 / strips)
 
 
 def test_area_below_everything_and_below_nothing(kind):
     x, body = shape(kind[0], layout=kind[1])
-    assert area_below(body, x, 2.0) == pytest.approx(element_areas(body, x).sum(), rel=1e-13)
-    assert area_below(body, x, x[:, -1].min()) == 0.0
+    share = np.full(len(body.edges), np.nan)
+    set_shares_below(body, x, 2.0, share)
+    assert np.all(share == 1.0)
+    assert area_below(body, x, 2.0, share) == pytest.approx(element_areas(body, x).sum(), rel=1e-13)
+    lowest = x[:, -1].min()
+    set_shares_below(body, x, lowest, share)
+    assert np.all(share == 0.0) and area_below(body, x, lowest, share) == 0.0
+
+
+@pytest.mark.parametrize("level", [1e-3, 0.02])
+def test_shares_reach_at_least_as_far_as_straight_interpolation(kind, level):
+    x, body = shape(kind[0], layout=kind[1], size=0.005)
+    x[:, -1] = np.maximum(x[:, -1] - 0.1, 0.0)
+    share = np.full(len(body.edges), np.nan)
+    set_shares_below(body, x, level, share)
+    straight = straight_shares(x, body.edges, level)
+    assert np.all((share >= straight - 1e-14) & (share <= 1.0))
+    assert np.array_equal(share == 0.0, straight == 0.0)
+
+
+@pytest.mark.parametrize("position", [0.1, 0.5, 0.9])
+def test_kink_of_a_meridian_is_found_inside_its_edge(position):
+    """Flat up to r_c, then a cone of slope 0.02: found to the square of the slope, wherever it lies."""
+    x, body = sphere("axisymmetric", 0.05)
+    slope, element = 0.02, 5
+    kink = (1.0 - position) * x[element, 0] + position * x[element + 1, 0]
+    near = slice(0, 9)  # the sphere beyond is out of the way
+    x[near, 1] = slope * np.maximum(0.0, x[near, 0] - kink)
+    share = np.zeros(len(body.edges))
+    set_shares_below(body, x, 1e-12, share)
+    (point,) = front_points(x, body.edges, share)
+    assert point[0] == pytest.approx(kink, abs=0.05 * slope**2)
 
 
 # Receptors' edges

@@ -31,7 +31,7 @@ def calls(monkeypatch):
 
     calls = Calls()
 
-    def run_case(case, directory, progress, restart):
+    def run_case(case, directory, progress, restart, decisions):
         calls.append((case, str(directory), progress, restart))
         return calls.outcome
 

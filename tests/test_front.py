@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from measure import straight_shares
 
 from vesdyn.front import contact_radius, front_points, front_radius
 
@@ -17,30 +18,30 @@ def fan(center, radius, n):
 def test_points_are_interpolated_on_crossing_edges_only():
     x = np.array([[0.0, 0.0], [1.0, 0.2], [2.0, 0.6], [3.0, 0.9]])
     edges = np.array([[0, 1], [1, 2], [2, 3]])
-    assert front_points(x, edges, 0.3)[:, 0] == pytest.approx([1.25], abs=1e-15)
-    assert front_points(x, edges[:, ::-1], 0.3)[:, 0] == pytest.approx([1.25], abs=1e-15)
-    assert len(front_points(x, edges, 1.0)) == len(front_points(x, edges, -1.0)) == 0
+    assert front_points(x, edges, straight_shares(x, edges, 0.3))[:, 0] == pytest.approx([1.25], abs=1e-15)
+    assert front_points(x, edges[:, ::-1], straight_shares(x, edges[:, ::-1], 0.3))[:, 0] == pytest.approx([1.25], abs=1e-15)
+    assert len(front_points(x, edges, straight_shares(x, edges, 1.0))) == len(front_points(x, edges, straight_shares(x, edges, -1.0))) == 0
 
 
 def test_meridian_has_one_radius_its_outermost_crossing():
     x = np.array([[0.0, 0.4], [0.1, 0.0], [0.3, 0.0], [0.5, 0.4]])  # lifted in the middle
     edges = np.array([[0, 1], [1, 2], [2, 3]])
-    assert front_radius(x, edges, 0.1) == pytest.approx([0.35], abs=1e-15)
+    assert front_radius(x, edges, straight_shares(x, edges, 0.1)) == pytest.approx([0.35], abs=1e-15)
 
 
 def test_circle_off_the_axis_is_measured_about_its_own_centre():
     x, edges = fan((0.3, -0.2), 0.25, 60)
-    radius = front_radius(x, edges, 0.0)
+    radius = front_radius(x, edges, straight_shares(x, edges, 0.0))
     assert radius.shape == (360,)
     assert radius == pytest.approx(0.25, abs=1e-15)
-    assert contact_radius(x, edges, 0.0) == pytest.approx(0.25, abs=1e-15)
+    assert contact_radius(x, edges, straight_shares(x, edges, 0.0)) == pytest.approx(0.25, abs=1e-15)
 
 
 def test_a_mode_of_the_front_is_found_at_its_angle():
     x, edges = fan((0.0, 0.0), 0.25, 720)
     turn = 2.0 * np.pi * np.arange(720) / 720
     x[1:, :2] *= (1.0 + 0.02 * np.cos(3 * turn))[:, None]
-    modes = np.fft.rfft(front_radius(x, edges, 0.0)) / 180
+    modes = np.fft.rfft(front_radius(x, edges, straight_shares(x, edges, 0.0))) / 180
     assert abs(modes[3]) == pytest.approx(0.02 * 0.25, rel=1e-3)  # linear between points half a degree apart
     assert np.abs(np.delete(modes, [0, 3])).max() < 1e-5
 
@@ -49,5 +50,5 @@ def test_a_mode_of_the_front_is_found_at_its_angle():
 def test_no_contact_no_front(columns):
     x = np.ones((3, columns))
     edges = np.array([[0, 1], [1, 2]])
-    assert len(front_radius(x, edges, 0.1)) == 0
-    assert contact_radius(x, edges, 0.1) == 0.0
+    assert len(front_radius(x, edges, straight_shares(x, edges, 0.1))) == 0
+    assert contact_radius(x, edges, straight_shares(x, edges, 0.1)) == 0.0

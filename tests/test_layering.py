@@ -7,12 +7,11 @@ import pytest
 
 LADDER = [
     {"_jit"},
-    {"neo_hookean", "adhesion", "contact", "receptors", "body", "case"},
-    {"meshing"},
-    {"surface"},
-    {"relaxation"},
-    {"front", "diagnostics"},
+    {"neo_hookean", "adhesion", "contact", "receptors", "body", "meshing", "front", "case"},
+    {"surface", "meridian", "relaxation"},
     {"spreading"},
+    {"stepping"},
+    {"planning"},
     {"storage"},
     {"pictures"},
     {"run"},

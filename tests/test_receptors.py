@@ -111,15 +111,16 @@ def test_zero_flux_state_is_nodally_exact(model, depth):
 @pytest.mark.parametrize("model", BODIES)
 def test_far_density_converges_to_the_closed_form(model, depth):
     """Only the quadrature of exp(phi) over the sphere remains: second order in the edge."""
-    edges = (0.08, 0.04, 0.02)
+    edges = np.array([0.08, 0.056, 0.04, 0.028, 0.02, 0.014, 0.01])
     error = []
     for edge in edges:
         membrane = FrozenMembrane(model, edge, depth)
         # the state itself is nodally exact (above), so it need not be marched to
         boltzmann = np.exp(membrane.work.exponent)
         error.append(membrane.area.sum() / np.sum(membrane.area * boltzmann) / FAR_DENSITY[depth] - 1.0)
-    assert abs(error[-1]) < 0.02
-    assert fitted_order(edges, error) == pytest.approx(2.0, abs=0.25)
+    assert np.all(np.abs(error) < (depth * edges) ** 2)
+    if model == "axisymmetric":  # on triangles the errors below and above the curve cancel, with changing sign
+        assert fitted_order(edges, error) == pytest.approx(2.0, abs=0.15)
 
 
 @pytest.mark.parametrize("model", BODIES)
@@ -179,12 +180,21 @@ def test_one_step_agrees_with_a_sparse_direct_solution(model, dt):
     assert membrane.density.min() > 0.0
 
 
-def test_step_matrix_is_an_m_matrix():
-    matrix = assembled(FrozenMembrane("surface", 0.06, 50.0), 1.0)
-    off_diagonal = matrix - scipy.sparse.diags_array(matrix.diagonal())
-    assert matrix.diagonal().min() > 0.0 and off_diagonal.max() <= 0.0
-    # no receptor is lost: columns sum to the areas
-    assert matrix.sum(axis=0) == pytest.approx(FrozenMembrane("surface", 0.06, 50.0).area, rel=1e-9)
+@pytest.mark.parametrize("model", BODIES)
+def test_matrix_of_the_step_keeps_density_positive_and_the_number(model):
+    """An M-matrix with columns that sum to the areas; from the compiled product, column by column."""
+    membrane = FrozenMembrane(model, 0.15, 5.0)
+    n = len(membrane.area)
+    receptors.set_flux_coefficients(membrane.edges, PLENTY, 1.0, membrane.work)
+    matrix = np.zeros((n, n))
+    for i, unit in enumerate(np.eye(n)):
+        column = np.zeros(n)
+        receptors.apply(membrane.edges, membrane.area, membrane.work, unit, column)
+        matrix[:, i] = column
+    size = np.abs(matrix).max()
+    assert matrix == pytest.approx(assembled(membrane, 1.0).toarray(), abs=1e-13 * size)
+    assert matrix.sum(axis=0) == pytest.approx(membrane.area, abs=1e-13 * size)
+    assert matrix.diagonal().min() > 0.0 and np.all(matrix - np.diag(matrix.diagonal()) <= 0.0)
 
 
 def test_interpreted_kernel_gives_what_the_compiled_one_gives():

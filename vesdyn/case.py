@@ -8,7 +8,7 @@ import difflib
 import math
 import re
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -17,6 +17,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 class CaseError(ValueError):
     """A case that cannot be run; one sentence a line, each with file, key, what is wrong and what to do."""
 
+
+Auto = Literal["auto"]
+TOLERANCE_PER_ACCURACY = 0.04  # a tolerance costs 2.5 times itself in binding area (README, "Accuracy")
 
 # The keys ------------------------------------------------------------------------------------------------
 
@@ -63,9 +66,18 @@ class Receptors(_Section):
         return self.model_copy(update={"mobility": mobility, "drift_number": drift_number})
 
 
+class Perturbation(_Section):
+    mode: int = Field(2, ge=1, description="azimuthal mode m of the initial density, c = 1 + amplitude cos(m angle)")
+    amplitude: float = Field(0.0, ge=0, lt=1, description="its amplitude [c_r0]; 0: the scene keeps its axis")
+
+
 class Mesh(_Section):
-    front_edge: float = Field(0.015, gt=0, description="edge length where the membrane will touch [a0]")
-    far_edge: float = Field(0.05, gt=0, le=0.5, description="edge length far above the substrate [a0]")
+    front_edge: Annotated[float, Field(gt=0)] | Auto = Field(
+        0.015, description="edge length where the membrane will touch [a0]; auto: as accuracy allows"
+    )
+    far_edge: Annotated[float, Field(gt=0, le=0.5)] | Auto = Field(
+        0.05, description="edge length far above the substrate [a0]; auto: as accuracy allows"
+    )
     layout: Literal["scalloped", "rings", "spiral"] = Field(
         "scalloped", description="how the vertices are laid out: scalloped, rings or spiral"
     )
@@ -73,7 +85,7 @@ class Mesh(_Section):
 
 class Time(_Section):
     end: float = Field(1.2, gt=0, description="end of the run [a0^2/D]")
-    step: float | Literal["auto"] = Field(
+    step: Annotated[float, Field(ge=1e-9)] | Auto = Field(
         0.002, description="coupling step, shortened to land on the frames [a0^2/D]; auto: as accuracy allows"
     )
     order: Literal[1, 2] = Field(2, description="order of the coupling step; 1: the paper's staggering")
@@ -88,7 +100,7 @@ class Output(_Section):
 
 
 class Solver(_Section):
-    tolerance: float | Literal["auto"] = Field(
+    tolerance: Annotated[float, Field(gt=0, lt=1)] | Auto = Field(
         "auto", description="largest scaled out-of-balance force of a node; auto: 0.04 x accuracy"
     )
     damping: Literal["viscous", "kinetic"] = Field("viscous", description="damping: viscous or kinetic")
@@ -112,11 +124,26 @@ class Case(_Section):
     membrane: Membrane = Membrane()
     adhesion: Adhesion = Adhesion()
     receptors: Receptors = Receptors()
+    perturbation: Perturbation = Perturbation()
     drag: float = Field(0.07, ge=0, description="drag per unit reference area [kT D^-1 a0^-2]; 0: statics at each step")
-    mesh: Mesh | Literal["auto"] = Mesh()
+    mesh: Mesh = Mesh()
     time: Time = Time()
     output: Output = Output()
     solver: Solver = Solver()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short_forms(cls, raw):
+        """Write `mesh: auto` and `accuracy: 1%` out in full."""
+        if raw.get("mesh") == "auto":
+            raw = raw | {"mesh": {"front_edge": "auto", "far_edge": "auto"}}
+        percent = re.fullmatch(r"\s*([0-9.eE+-]+)\s*%\s*", str(raw.get("accuracy")))
+        if percent:
+            try:
+                raw = raw | {"accuracy": float(percent[1]) / 100.0}
+            except ValueError:
+                pass  # said by the check of the type
+        return raw
 
     @model_validator(mode="after")
     def _consistent(self):
@@ -127,14 +154,20 @@ class Case(_Section):
                 f"membrane.thickness: {self.membrane.thickness:g} asks for bending, which is not implemented yet;"
                 " set it to 0."
             )
-        if self.mesh.front_edge > self.mesh.far_edge:
+        edges = self.mesh.front_edge, self.mesh.far_edge
+        if "auto" not in edges and self.mesh.front_edge > self.mesh.far_edge:
             problems.append(
                 f"mesh.front_edge: {self.mesh.front_edge:g} is longer than far_edge = {self.mesh.far_edge:g};"
                 " the mesh is finest at the front, so exchange or equal them."
             )
-        if self.time.step > self.time.end:
+        if self.time.step != "auto" and self.time.step > self.time.end:
             problems.append(
                 f"time.step: {self.time.step:g} is longer than the whole run, end = {self.time.end:g}; shorten it."
+            )
+        if self.perturbation.amplitude > 0 and self.model == "axisymmetric":
+            problems.append(
+                "perturbation.amplitude: an axisymmetric body cannot carry it; set model to surface or auto, or"
+                " amplitude to 0."
             )
         frames = self.output.frames
         if any(t <= 0 for t in frames):
@@ -163,15 +196,15 @@ class Case(_Section):
         """Return a sentence for each thing that can be computed but is doubtful."""
         membrane, adhesion, mesh = self.membrane, self.adhesion, self.mesh
         doubts = []
-        if adhesion.cutoff < 3 * mesh.front_edge:
+        if mesh.front_edge != "auto" and adhesion.cutoff < 3 * mesh.front_edge:
             doubts.append(
                 f"adhesion.cutoff: {adhesion.cutoff:g} is shorter than three front edges ({3 * mesh.front_edge:g}),"
                 " so the traction is poorly resolved; refine mesh.front_edge."
             )
-        if self.time.step > 0.004 and not self.receptors.frozen:
+        if self.time.step != "auto" and self.time.step > 0.004 and not self.receptors.frozen:
             doubts.append(
-                f"time.step: {self.time.step:g} is above 0.004, where the first-order error of the early binding area"
-                " passes about 5 %; shorten it."
+                f"time.step: {self.time.step:g} is above 0.004, where the error of the early binding area passes"
+                " about 5 %; shorten it, or write `step: auto`."
             )
         if adhesion.traction * adhesion.cutoff / 2 < 1e-3 * membrane.shear_modulus:
             doubts.append(
@@ -190,6 +223,16 @@ class Case(_Section):
                 " follows from the receptors alone; the paper's cases need drag: 0.07."
             )
         return doubts
+
+    @property
+    def tolerance(self):
+        """Largest scaled out-of-balance force of a node; `auto` leaves a tenth of the accuracy wish to it."""
+        return TOLERANCE_PER_ACCURACY * self.accuracy if self.solver.tolerance == "auto" else self.solver.tolerance
+
+    @property
+    def stops(self):
+        """Times the steps must meet: the frames and the end [a0^2/D]."""
+        return (*(t for t in self.output.frames if t < self.time.end), self.time.end)
 
     def resolved(self):
         """Return every key with its value, defaults included, as plain dicts, lists, text and numbers."""
@@ -273,7 +316,7 @@ def load_case(path, overrides=()):
     try:
         return Case.model_validate(raw)
     except ValidationError as error:
-        sentences = [s for e in error.errors() for s in _sentences(e)]
+        sentences = [s for e in _without_alternatives(error.errors()) for s in _sentences(e)]
         raise CaseError("\n".join(f"{source(key)}: {text}" for key, text in sentences)) from None
 
 
@@ -310,6 +353,7 @@ def _override(raw, text):
 _NUMBER = "is not a number; write a plain one such as 0.07, without quotes or units."
 _WRONG = {  # pydantic's error type: what to say after the value
     "float_type": _NUMBER,
+    "neither_number_nor_auto": "is neither a number nor auto; write one of them, without quotes or units.",
     "finite_number": "is not a finite number; give a finite one.",
     "int_type": "is not a whole number; write one such as 20000.",
     "bool_type": "is neither true nor false; write one of them.",
@@ -324,6 +368,19 @@ _WRONG = {  # pydantic's error type: what to say after the value
     "less_than": "is out of range; it must be less than {lt:g}.",
     "less_than_equal": "is out of range; it must be at most {le:g}.",
 }
+
+
+def _without_alternatives(errors):
+    """Join what pydantic says of a key that takes a number or `auto`: one error, at the key itself."""
+    joined = {}
+    for error in errors:
+        alternative = error["loc"] and str(error["loc"][-1]) in ("constrained-float", "float", "literal['auto']")
+        loc = error["loc"][:-1] if alternative else error["loc"]
+        if alternative and isinstance(error["input"], str):
+            error = error | {"type": "neither_number_nor_auto"}
+        if loc not in joined or error["type"] != "literal_error":
+            joined[loc] = error | {"loc": loc}
+    return list(joined.values())
 
 
 def _sentences(error):

@@ -1,4 +1,4 @@
-"""The command line: ``vesdyn run``, ``resume``, ``info`` and ``template``.
+"""The command line: ``vesdyn run``, ``explain``, ``resume``, ``info`` and ``template``.
 
 Exit status 0: done; 1: the run failed; 2: the case or the command cannot be used; 130: interrupted.
 """
@@ -51,10 +51,12 @@ def _parser():
     run = add("run", _run, "run a case, or go on with it if it was interrupted", "CASE", "the case file (YAML)")
     run.add_argument("--out", type=Path, metavar="DIR", help="where the run is stored (default: runs/<name>)")
     run.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", help="replace a key of the case: --set time.end=0.5"
+        "--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="replace a key of the case: --set time.end=0.5"
     )
     run.add_argument("--restart", action="store_true", help="remove an earlier run in the directory first")
     run.add_argument("--quiet", **quiet)
+    explain = add("explain", _explain, "say what a case will compute and leave out", "CASE", "the case file (YAML)")
+    explain.add_argument("--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="replace a key of the case")
     resume = add("resume", _resume, "go on with an interrupted run", "DIR", "the directory of the run")
     resume.add_argument("--quiet", **quiet)
     add("info", _info, "say how a run stands", "DIR", "the directory of the run")
@@ -73,8 +75,26 @@ class _Version(argparse.Action):
 def _run(arguments):
     from vesdyn.case import load_case
 
+    from vesdyn.planning import needs_planning, plan
+
+    case, decisions = load_case(arguments.case, arguments.set), ()
+    if needs_planning(case):
+        case, decisions = plan(case)
+        if not arguments.quiet:
+            print(*decisions, sep="\n")
+    directory = arguments.out or Path("runs", case.name)
+    return _compute(case, directory, arguments.quiet, arguments.restart, decisions)
+
+
+def _explain(arguments):
+    from vesdyn.case import load_case
+    from vesdyn.planning import plan
+
     case = load_case(arguments.case, arguments.set)
-    return _compute(case, arguments.out or Path("runs", case.name), arguments.quiet, arguments.restart)
+    print(f"{case.name}: accuracy wish {case.accuracy:.2%} of the binding area", *plan(case).decisions, sep="\n  ")
+    for sentence in case.warnings():
+        print(f"  warning: {sentence}")
+    return 0
 
 
 def _resume(arguments):
@@ -83,12 +103,12 @@ def _resume(arguments):
     return _compute(load_case(arguments.dir / "case.yaml"), arguments.dir, arguments.quiet)
 
 
-def _compute(case, directory, quiet, restart=False):
+def _compute(case, directory, quiet, restart=False, decisions=()):
     from vesdyn.run import run_case
 
     if quiet:
         warnings.simplefilter("ignore")
-    outcome = run_case(case, directory, progress=not quiet, restart=restart)
+    outcome = run_case(case, directory, progress=not quiet, restart=restart, decisions=decisions)
     if outcome.state == "failed":
         print(f"vesdyn: {directory}: {outcome.reason}", file=sys.stderr)
     elif not quiet:
@@ -98,6 +118,8 @@ def _compute(case, directory, quiet, restart=False):
         if outcome.state == "finished":
             files = ("summary.png", "history.csv", "frames.xdmf", "frames.h5", "case.yaml")
             print(f"  files: {', '.join(files)} in {directory}")
+        if outcome.note:
+            print(f"  note: {outcome.note}.")
     if outcome.state == "interrupted" and not quiet:
         print(f"Go on with it by: vesdyn resume {directory}")
     return outcome.exit_status

@@ -15,17 +15,20 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import TriMesh
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, NullLocator
+from matplotlib.ticker import FixedLocator, LogLocator, NullLocator
 from matplotlib.tri import Triangulation
 
+from vesdyn.body import set_shares_below
 from vesdyn.case import load_case
+from vesdyn.front import front_points
 from vesdyn.neo_hookean import strain_energy
 from vesdyn.spreading import BINDING_GAP
 from vesdyn.storage import RunDirectory
+from vesdyn.surface import build_surface
 
 SNAPSHOTS = 4  # as many as in Fig. 2 of the paper
 ABOVE, BELOW = 13.0, -90.0  # elevations [degrees]; the first is low enough to see the contact under the overhang
-SECTORS = 180  # of a meridian that is revolved to be drawn
+SECTORS = 120  # of a meridian that is revolved to be drawn
 ROUND_OFF = 1e-17  # a smaller error is drawn there: a logarithmic axis has no zero
 
 _COLOR_MAP = matplotlib.colormaps["viridis"]
@@ -33,7 +36,6 @@ _DARK, _MIDDLE, _LIGHT = "#12355b", "#c44536", "#e0a030"  # told apart by lightn
 _LIGHT_FROM = np.array([-0.45, -0.65, 0.61])  # over the viewer's left shoulder
 _DIMMED = 0.6  # the part of a colour that is left where light comes from the side or from behind
 _SUBSTRATE, _SUBSTRATE_LINE = "#ececec", "#9a9a9a"
-_DENSITY_TICKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 1, 1.5, 2, 3, 4, 6, 10, 20, 50, 100)
 _TIME = "time $t$ [$a_0^2/D$]"
 _STYLE = {
     "font.size": 9,
@@ -242,7 +244,7 @@ def _draw_shapes(figure, shapes, bound_below):
                 axes.plot(*project(_circle(radius), elevation)[:2], color=_SUBSTRATE_LINE, lw=0.6, zorder=1)
             _draw_vesicle(axes, shape, norm, elevation)
             if elevation == BELOW:
-                _draw_contact_line(axes, shape, bound_below)
+                _draw_front(axes, shape, bound_below)
             if row == 0:
                 axes.set_title(f"$t$ = {shape.time:g} $a_0^2/D$", loc="center", weight="normal", pad=7)
             if column == 0:
@@ -251,18 +253,23 @@ def _draw_shapes(figure, shapes, bound_below):
 
     bar = figure.colorbar(ScalarMappable(norm, _COLOR_MAP), cax=figure.add_axes((0.935, 0.1, 0.012, 0.72)))
     bar.set_label("receptor density $c$ [$c_{r0}$]")
-    bar.ax.yaxis.set_major_locator(FixedLocator(_DENSITY_TICKS))
+    bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     bar.ax.yaxis.set_major_formatter("{x:g}")
     bar.ax.yaxis.set_minor_locator(NullLocator())
+    for end, y, va in ((norm.vmax, 1.01, "bottom"), (norm.vmin, -0.01, "top")):
+        bar.ax.text(0.5, y, f"{end:.3g}", transform=bar.ax.transAxes, size=8, ha="center", va=va)
 
 
-def _draw_contact_line(axes, shape, level):
-    """Draw where the gap is ``level`` [a0], seen from below."""
-    gap = shape.vertices[:, 2]
-    if gap.min() < level:
-        right, up, _ = project(shape.vertices, BELOW)
-        faces = visible_faces(shape.vertices, shape.faces, BELOW)
-        axes.tricontour(right, up, faces, gap, levels=[level], colors="black", linewidths=0.8, zorder=3)
+def _draw_front(axes, shape, level):
+    """Outline the membrane with a gap under ``level`` [a0], as the binding area is measured, seen from below."""
+    body = build_surface(shape.vertices, shape.faces, shear_modulus=1.0)  # whose forces do not matter here
+    share = np.zeros(len(body.edges))
+    set_shares_below(body, shape.vertices, level, share)
+    points = front_points(shape.vertices, body.edges, share)
+    if len(points):
+        x, y = points.T
+        around = np.argsort(np.arctan2(y - y.mean(), x - x.mean()))
+        axes.fill(x[around], -y[around], fill=False, edgecolor="black", lw=0.8, zorder=3)
 
 
 def _draw_binding_area(axes, history, asked):
@@ -306,8 +313,9 @@ def _draw_errors(axes, history, elastic_energy_0):
         (history["receptor_number_error"], "receptors: $N/N_0-1$", _LIGHT, "-"),
     )
     for error, label, color, style in curves:
-        axes.semilogy(t, np.maximum(np.abs(error), ROUND_OFF), style, color=color, clip_on=False, label=label)
-    axes.set(xlabel=_TIME, ylabel="relative error", xlim=(0.0, t[-1]), ylim=(ROUND_OFF, 10.0), title="(d)")
+        axes.semilogy(t, np.maximum(np.abs(error), ROUND_OFF), style, color=color, label=label)
+    axes.set(xlabel=_TIME, ylabel="relative error", xlim=(0.0, t[-1]), title="(d)")
+    axes.set_ylim(ROUND_OFF / 3.0, max(10.0, axes.get_ylim()[1]))
     axes.yaxis.set_major_locator(FixedLocator([1e-16, 1e-12, 1e-8, 1e-4, 1.0]))
     axes.yaxis.set_minor_locator(NullLocator())
     axes.legend(loc="center right", bbox_to_anchor=(1.0, 0.55))

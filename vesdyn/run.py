@@ -5,7 +5,6 @@ same bits.
 """
 
 import copy
-import math
 import signal
 import sys
 import threading
@@ -17,7 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vesdyn.relaxation import RelaxationError
+from vesdyn.planning import compression_note
 from vesdyn.spreading import Spreading
+from vesdyn.stepping import is_steady, step
 from vesdyn.storage import RunDirectory
 
 
@@ -27,7 +28,7 @@ class Outcome:
 
     ``state`` is finished, interrupted or failed, ``reason`` a sentence; ``time`` [a0^2/D] and ``steps`` from
     t = 0; ``wall_time`` [s] over all sittings; ``binding_area`` [a0^2] is the last, ``volume_error`` and
-    ``receptor_number_error`` the largest relative ones of any step.
+    ``receptor_number_error`` the largest relative ones of any step; ``note`` what the body could not show.
     """
 
     state: str
@@ -38,49 +39,36 @@ class Outcome:
     binding_area: float
     volume_error: float
     receptor_number_error: float
+    note: str | None = None
 
     @property
     def exit_status(self):
         return {"finished": 0, "failed": 1, "interrupted": 130}[self.state]
 
 
-def time_levels(end, step, frames=()):
-    """Return the times of the coupling steps after t = 0, an array that ends with ``end`` [a0^2/D].
-
-    The time between two stops (``frames``, ``end``) is divided into equal steps, the fewest that are not
-    longer than ``step``; each stop is met exactly, and a stop on a multiple of ``step`` shortens nothing.
-    """
-    stops = [0.0, *(t for t in frames if t < end), end]
-    levels = []
-    for start, stop in zip(stops, stops[1:]):
-        n = math.ceil((stop - start) / step * (1 - 1e-9))  # the factor: a quotient of 4 may come out as 4 + round-off
-        levels += [*np.round(np.linspace(start, stop, n + 1)[1:-1], 12), stop]
-    return np.array(levels)
-
-
-def run_case(case, directory, progress=True, restart=False):
+def run_case(case, directory, progress=True, restart=False, decisions=()):
     """Run ``case`` in ``directory`` (a path) from where it stands there to its end; return the ``Outcome``.
 
     An interrupt (SIGINT, SIGTERM) lets the step in hand finish, stores a checkpoint and stops; a second one
     stops at once, and what was done since the last checkpoint is done again later. ``progress`` shows a bar
-    if stderr is a terminal. ``restart`` removes an earlier run first.
+    if stderr is a terminal. ``restart`` removes an earlier run first. ``decisions`` are stored with the case.
 
     Raises vesdyn.storage.RunDirectoryError if the directory cannot take the run. A relaxation that fails is
     no exception but an outcome.
     """
     directory = RunDirectory(directory)
-    with directory.claim(case, restart):
+    with directory.claim(case, restart, decisions):
         if directory.status().get("state") == "finished":
             if not directory.summary_file.exists():
                 _draw(directory)
-            return _outcome(directory, "is finished already; `vesdyn run --restart` computes it anew.")
+            return _outcome(case, directory, "is finished already; `vesdyn run --restart` computes it anew.")
         for sentence in case.warnings():
             warnings.warn(sentence, stacklevel=2)
         with _interrupts() as interrupts:
             _advance(case, directory, interrupts, progress)
         if directory.status()["state"] == "finished":
             _draw(directory)
-        return _outcome(directory)
+        return _outcome(case, directory)
 
 
 def _advance(case, directory, interrupts, progress):
@@ -94,28 +82,30 @@ def _advance(case, directory, interrupts, progress):
     try:
         sim = _start(case, directory)
         saved = time.monotonic()
-        levels = time_levels(case.time.end, case.time.step, case.output.frames)
         with _progress_bar(sim.time, case.time.end, progress) as show:
-            for until in map(float, levels[levels > sim.time]):
+            done = False
+            while not done:
                 last_good = copy.deepcopy(sim.state())
+                stop = next(t for t in case.stops if t > sim.time)
                 try:
-                    sim.advance(until)
+                    step(sim, stop)
                 except RelaxationError as failure:
                     directory.write_checkpoint(last_good)
                     return settle("failed", str(failure))
                 row = sim.history_row()
                 directory.append_history(row)
-                if until in case.output.frames:
-                    directory.write_frame(until, *sim.frame())
                 show(row)
-                done = until == levels[-1]
+                steady = case.time.step == "auto" and case.time.stop_when_steady and is_steady(sim)
+                done = steady or sim.time == case.time.end
+                if sim.time in case.output.frames or steady:
+                    directory.write_frame(sim.time, *sim.frame())
                 if done or interrupts or time.monotonic() - saved >= 60 * case.output.checkpoint_minutes:
                     directory.write_checkpoint(sim.state())
                     settle("running")
                     saved = time.monotonic()
                 if interrupts and not done:
                     return settle("interrupted", f"stopped by {interrupts[0]}.")
-        settle("finished")
+        settle("finished", f"steady at t = {sim.time:.4g}." if sim.time < case.time.end else "")
     except KeyboardInterrupt:
         settle("interrupted", "stopped at once by a second interrupt.")
     except Exception as error:
@@ -136,7 +126,7 @@ def _start(case, directory):
     return sim
 
 
-def _outcome(directory, reason=None):
+def _outcome(case, directory, reason=None):
     """Return the outcome that the stored status and history tell."""
     status, history = directory.status(), directory.history()
 
@@ -155,6 +145,7 @@ def _outcome(directory, reason=None):
         binding_area=last("binding_area"),
         volume_error=largest("volume_error"),
         receptor_number_error=largest("receptor_number_error"),
+        note=compression_note(case, history),
     )
 
 

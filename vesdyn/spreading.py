@@ -91,7 +91,7 @@ class Spreading:
             case.receptors.frozen,
         )
         self.controls = relaxation.Controls(
-            case.solver.tolerance, case.solver.max_iterations, case.solver.damping == "kinetic"
+            case.tolerance, case.solver.max_iterations, case.solver.damping == "kinetic"
         )
         self.work = relaxation.workspace(self.x)
         self.transport = receptors.transport(self.x.shape[0], self.body.edges.shape[0])
@@ -104,10 +104,19 @@ class Spreading:
         self.number = np.zeros(self.x.shape[0])
         self.volume_0 = 1.0
         self.volume_0 = self._measure(self.x)
-        self.number[:] = self.work.area  # c = 1
+        self.number[:] = self.work.area * self._initial_density()
         self.number_before = self.number.copy()
         self.number_0 = self.number.sum()
         self.elastic_energy_0 = elastic_energy(self.body, self.x)
+
+    def _initial_density(self):
+        """Density (n_nodes,) [c_r0] at t = 0: 1, or uneven about the axis."""
+        amplitude = self.case.perturbation.amplitude
+        if amplitude == 0.0:
+            return np.ones(len(self.x))
+        angle = np.arctan2(self.x[:, 1], self.x[:, 0])
+        on_axis = np.hypot(self.x[:, 0], self.x[:, 1]) < 1e-12
+        return 1.0 + np.where(on_axis, 0.0, amplitude * np.cos(self.case.perturbation.mode * angle))
 
     def advance(self, until):
         """Take one coupling step to time ``until`` [a0^2/D]; raise `RelaxationError` if there is no balance."""
@@ -235,7 +244,9 @@ class Spreading:
 
     def history_row(self):
         """What is recorded at every coupling step, in the units of the model."""
-        density, tension = self.density, self.tensions
+        density, tension, gap = self.density, self.tensions, self.x[:, -1][self.body.elements]
+        free = np.flatnonzero(gap.min(axis=1) > 0.0)
+        slackest = free[np.argmin(tension[free].min(axis=1))]
         binding_area, radius = self.front(BINDING_GAP * self.adhesion.cutoff)
         lost = 0.0 if self.adhesion.frozen else self.number.sum() / self.number_0 - 1.0
         return {
@@ -256,6 +267,8 @@ class Spreading:
             "residual": self.residual,
             "gap_min": self.x[:, -1].min(),
             "tension_min": tension.min(),
+            "free_tension_min": tension[slackest].min(),
+            "free_tension_min_height": gap[slackest].mean(),
             "clipped_edges": self.clipped_edges,
             "step_error": self.step_error,
         }

@@ -57,10 +57,10 @@ class RunDirectory:
     # Whose it is
 
     @contextmanager
-    def claim(self, case, restart=False):
+    def claim(self, case, restart=False, decisions=()):
         """Hold the directory for a run of ``case`` while the context lasts; create it if need be.
 
-        With ``restart`` an earlier run in it is removed first, whatever its case.
+        ``decisions`` (`vesdyn.planning`) are stored beside it. With ``restart`` an earlier run in it is removed first, whatever its case.
 
         Raises RunDirectoryError if another process holds it, if it has files that are no run's, or if it
         holds a run of another case.
@@ -77,7 +77,7 @@ class RunDirectory:
             if origin is None or restart:
                 self.status_file.unlink(missing_ok=True)
                 self.clear_results()
-                self._write_case(case, provenance() | {"warnings": case.warnings()})
+                self._write_case(case, provenance() | {"warnings": case.warnings(), "decisions": list(decisions)})
             else:
                 self._check_same(case)
                 self._note_versions(case, origin)
@@ -277,10 +277,13 @@ class RunDirectory:
             for name in _frames(file):
                 grid = ElementTree.SubElement(series, "Grid", Name=name, GridType="Uniform")
                 ElementTree.SubElement(grid, "Time", Value=repr(float(file[name].attrs["time"])))
-                topology = ElementTree.SubElement(grid, "Topology", TopologyType="Triangle")
+                flat = file[name]["position"].shape[1] == 2  # a meridian: (r, z)
+                topology = ElementTree.SubElement(
+                    grid, "Topology", TopologyType="Polyline" if flat else "Triangle", NodesPerElement="2" if flat else "3"
+                )
                 topology.attrib["NumberOfElements"] = str(len(connectivity))
                 add_data(topology, connectivity)
-                add_data(ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ"), file[name]["position"])
+                add_data(ElementTree.SubElement(grid, "Geometry", GeometryType="XY" if flat else "XYZ"), file[name]["position"])
                 for dataset in file[name].values():
                     if dataset.ndim == 1:
                         attribute = ElementTree.SubElement(grid, "Attribute", AttributeType="Scalar")

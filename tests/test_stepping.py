@@ -1,0 +1,84 @@
+"""Coupling steps of equal length that meet every stop, and adaptive ones that keep to the accuracy wish."""
+
+import numpy as np
+import pytest
+
+from vesdyn.case import Case
+from vesdyn.spreading import Spreading
+from vesdyn.stepping import is_steady, step
+
+
+class Clock:
+    """Stands in for Spreading: time alone."""
+
+    def __init__(self, case):
+        self.case, self.time = case, 0.0
+
+    def advance(self, until):
+        self.time = until
+
+
+def levels(end, length, frames=()):
+    case = Case(name="x", time={"end": end, "step": length}, output={"frames": frames})
+    clock, times = Clock(case), []
+    while clock.time < end:
+        step(clock, next(t for t in case.stops if t > clock.time))
+        times.append(clock.time)
+    return np.array(times)
+
+
+def test_frames_on_the_grid_change_nothing():
+    times = levels(1.2, 0.002, (0.008, 0.044, 0.128, 0.56))
+    assert len(times) == 600
+    assert np.max(np.abs(times - 0.002 * np.arange(1, 601))) < 1e-12  # round-off of 600 sums
+    assert {0.008, 0.044, 0.128, 0.56, 1.2} <= set(times)
+
+
+def test_frames_off_the_grid_are_met_exactly_by_shorter_steps():
+    times = levels(0.01, 0.002, (0.003, 0.0095))
+    steps = np.diff(times, prepend=0.0)
+    assert {0.003, 0.0095, 0.01} <= set(times)
+    assert np.all(steps > 0) and np.all(steps < 0.002 * (1 + 1e-9))
+    assert len(times) == 2 + 4 + 1
+
+
+@pytest.mark.parametrize("length", [0.001, 0.0005, 1 / 3000, 0.0025])
+def test_round_off_adds_no_step(length):
+    assert len(levels(600 * length, length, (7 * length, 300 * length))) == 600
+
+
+def adaptive(accuracy, end):
+    return Case(
+        name="x",
+        model="axisymmetric",
+        mesh={"front_edge": 0.01, "far_edge": 0.05},
+        time={"step": "auto", "end": end},
+        output={"frames": ()},
+        accuracy=accuracy,
+        solver={"tolerance": 1e-4},
+    )
+
+
+def test_adaptive_steps_grow_from_the_singular_start_and_shrink_with_the_wish():
+    taken = {}
+    for accuracy in (0.04, 0.01):
+        sim = Spreading(adaptive(accuracy, 0.05))
+        lengths = []
+        while sim.time < 0.05:
+            before = sim.time
+            step(sim, 0.05)
+            lengths.append(sim.time - before)
+        assert lengths[0] < 0.05 * max(lengths)
+        taken[accuracy] = len(lengths)
+    assert taken[0.01] > 1.3 * taken[0.04]
+
+
+def test_scene_becomes_steady_and_not_before_the_area_has_settled():
+    sim = Spreading(adaptive(0.02, 4.0))
+    areas = []
+    while sim.time < 4.0 and not is_steady(sim):
+        step(sim, 4.0)
+        areas.append((sim.time, sim.history_row()["binding_area"]))
+    assert 0.5 < sim.time < 4.0
+    time, area = np.array(areas).T
+    assert abs(np.interp(sim.time - 0.2, time, area) / area[-1] - 1.0) < 0.01  # the wish is 2 %

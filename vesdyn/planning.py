@@ -1,0 +1,179 @@
+"""What `auto` decides, and what each omission is estimated to cost.
+
+Model no more than a scene needs: a scene that keeps its axis is run as a meridian; mesh, step and tolerance
+follow from one wish, the relative error of the binding area after the first hundredth of a0^2/D. The wish is
+shared out (SHARES). A coarse meridian, the scout, is run first (about 50 nodes, a fraction of a second):
+it tells the radius the mesh has to resolve and whether the free membrane comes into compression.
+
+Error models, measured on the paper's cases against finest solutions (README, "Accuracy"): the mesh costs
+MESH_ERROR (edge / front radius at t = 0.01)^(3/2), the tolerance TOLERANCE_ERROR times itself.
+"""
+from typing import NamedTuple
+
+import numpy as np
+
+from vesdyn.relaxation import RelaxationError
+from vesdyn.spreading import Spreading
+from vesdyn.stepping import is_steady, step
+
+SHARES = {"mesh": 0.5, "step": 0.4, "tolerance": 0.1}
+MESH_ERROR = {"axisymmetric": 1.4, "surface": 1.0}
+TOLERANCE_ERROR = 2.5
+STEP_ERROR = {1: 25.0, 2: 7.0}  # of a fixed step, per step: relative error once t > 10 steps
+COMPRESSION = 0.01  # of K: free membrane below minus this tension would wrinkle
+_LONGEST_EDGE = {"axisymmetric": 0.02, "surface": 0.03}
+
+
+class Scout(NamedTuple):
+    """What the coarse meridian saw."""
+
+    early_radius: float  # contact radius at t = 0.01 (or the end) [a0]
+    final_area: float  # [a0^2]
+    final_time: float  # [a0^2/D]
+    steady: bool
+    tension: float  # smallest principal tension of the free membrane [kT/a0^2], where and when:
+    tension_time: float
+    tension_height: float
+
+
+class Plan(NamedTuple):
+    """A case with body and mesh chosen, and a sentence for each decision."""
+
+    case: object
+    decisions: tuple
+
+
+def needs_planning(case):
+    """True where the case leaves its body or mesh to be chosen."""
+    return "auto" in (case.model, case.mesh.front_edge, case.mesh.far_edge)
+
+
+def scout(case):
+    """Run ``case`` on a coarse meridian; None where that fails (the scene itself will say why)."""
+    coarse = case.model_copy(
+        update={
+            "model": "axisymmetric",
+            "accuracy": 0.02,
+            "mesh": case.mesh.model_copy(update={"front_edge": 0.02, "far_edge": 0.05}),
+            "time": case.time.model_copy(update={"step": "auto", "order": 2}),
+        }
+    )
+    sim = Spreading(coarse)
+    early, lowest = None, (np.inf, 0.0, 0.0)
+    try:
+        while sim.time < coarse.time.end and not is_steady(sim):
+            step(sim, coarse.time.end)
+            row = sim.history_row()
+            if early is None and sim.time >= 0.01:
+                early = row["contact_radius"]
+            lowest = min(lowest, (row["free_tension_min"], sim.time, row["free_tension_min_height"]))
+    except RelaxationError:
+        return None
+    return Scout(
+        early or row["contact_radius"], row["binding_area"], sim.time, is_steady(sim), *lowest
+    )
+
+
+def plan(case):
+    """Choose what ``case`` leaves open (step and tolerance follow the accuracy as they go); return a `Plan`."""
+    seen = scout(case)
+    decisions = []
+    model = _choose_body(case, seen, decisions)
+    mesh = _choose_mesh(case, model, seen, decisions)
+    _tell_tolerance(case, decisions)
+    _tell_step(case, seen, decisions)
+    _tell_omissions(case, model, seen, decisions)
+    return Plan(case.model_copy(update={"model": model, "mesh": mesh}), tuple(decisions))
+
+
+def _choose_body(case, seen, decisions):
+    broken = case.perturbation.amplitude > 0.0
+    model = ("surface" if broken else "axisymmetric") if case.model == "auto" else case.model
+    if broken:
+        why = f"the scene is not axisymmetric (perturbation of mode {case.perturbation.mode})"
+    elif model == "axisymmetric":
+        why = "nothing in the scene breaks the symmetry about z"
+    else:
+        why = "asked for; the scene keeps its axis, `model: auto` would run a meridian"
+    decisions.append(f"body: {model}; {why}.")
+    return model
+
+
+def _choose_mesh(case, model, seen, decisions):
+    front, far = case.mesh.front_edge, case.mesh.far_edge
+    radius = seen.early_radius if seen and seen.early_radius > 0.05 else 0.15
+    if front == "auto":
+        wanted = radius * (SHARES["mesh"] * case.accuracy / MESH_ERROR[model]) ** (2.0 / 3.0)
+        front = float(f"{min(wanted, _LONGEST_EDGE[model], case.adhesion.cutoff / 4.0):.2g}")
+        if far != "auto":
+            front = min(front, far)
+    if far == "auto":
+        far = max(front, min(0.05, 6.0 * front) if model == "axisymmetric" else max(0.05, 3.0 * front))
+    error = MESH_ERROR[model] * (front / radius) ** 1.5
+    decisions.append(
+        f"mesh: front_edge {front:g}, far_edge {far:g}; estimated error {error:.1%} of the binding area"
+        f" at t = 0.01, where the front is at r = {radius:.2f}, less later."
+    )
+    return case.mesh.model_copy(update={"front_edge": front, "far_edge": far})
+
+
+def _tell_tolerance(case, decisions):
+    decisions.append(
+        f"tolerance: {case.tolerance:.2g}; estimated error {TOLERANCE_ERROR * case.tolerance:.2%}."
+    )
+
+
+def _tell_step(case, seen, decisions):
+    length, order = case.time.step, case.time.order
+    if length == "auto":
+        decisions.append(
+            f"step: adaptive, order {order}; estimated error {SHARES['step'] * case.accuracy:.2%}."
+        )
+    else:
+        decisions.append(
+            f"step: {length:g} throughout, order {order}; estimated error"
+            f" {STEP_ERROR[order] * length:.1%} once t > {10 * length:g}, more before."
+        )
+    if seen and seen.steady and case.time.end > seen.final_time:
+        decisions.append(
+            f"end: the scout is steady at t = {seen.final_time:.2f} with binding area {seen.final_area:.3f};"
+            f" the rest up to {case.time.end:g} costs little."
+        )
+
+
+def _tell_omissions(case, model, seen, decisions):
+    decisions.append("left out: bending (membrane.thickness is 0).")
+    if model == "axisymmetric":
+        decisions.append("left out: everything that depends on the azimuth; exact while the shape keeps its axis.")
+    if seen is None:
+        decisions.append("the scout found no balance, so radius and compression are not known beforehand.")
+        return
+    in_K = seen.tension / case.membrane.shear_modulus
+    where = f"{in_K:.3f} K at t = {seen.tension_time:.3f}, z = {seen.tension_height:.2f}"
+    if in_K < -COMPRESSION:
+        decisions.append(
+            f"compression: the free membrane reaches {where}; it would wrinkle there, which "
+            + (
+                "a meridian cannot show: compare with `model: surface`."
+                if model == "axisymmetric"
+                else "without bending happens at the scale of the mesh."
+            )
+        )
+    else:
+        decisions.append(f"compression: none that matters (smallest tension {where}).")
+
+
+def compression_note(case, history):
+    """Sentence on the compression an axisymmetric run met, or None; ``history`` maps columns to arrays."""
+    if case.model != "axisymmetric" or not len(history.get("time", ())):
+        return None
+    tension = np.asarray(history["free_tension_min"])
+    i = int(np.argmin(tension))
+    in_K = tension[i] / case.membrane.shear_modulus
+    if in_K >= -COMPRESSION:
+        return None
+    return (
+        f"the free membrane was in compression, {in_K:.3f} K at t = {history['time'][i]:.3g},"
+        f" z = {history['free_tension_min_height'][i]:.2g}: a meridian cannot wrinkle; compare with"
+        " `--set model=surface`"
+    )
