@@ -7,7 +7,7 @@ import numpy as np
 
 from vesdyn import relaxation
 from vesdyn.adhesion import Adhesion
-from vesdyn.body import add_elastic_forces
+from vesdyn.body import add_elastic_forces, add_stiffness_bounds
 from vesdyn.case import Case
 from vesdyn.meridian import build_meridian
 from vesdyn.meshing import graded_meridian, graded_sphere
@@ -60,6 +60,26 @@ def forces(body, x):
     return nodal[:, :d], nodal[:, d : 2 * d], nodal[:, -1], volume
 
 
+def stiffness_ratio(body, x, pressure):
+    """Largest eigenvalue of the stiffness, numerically differentiated, relative to diag(bound)."""
+    n, d = x.shape
+    K = np.zeros((n * d, n * d))
+    h = 1e-6
+    for column, (i, k) in enumerate(np.ndindex(n, d)):
+        up, down = x.copy(), x.copy()
+        up[i, k] += h
+        down[i, k] -= h
+        (f, g, _, _), (f_down, g_down, _, _) = forces(body, up), forces(body, down)
+        K[:, column] = -((f + pressure * g) - (f_down + pressure * g_down)).ravel() / (2 * h)
+    bound = np.zeros(n)
+    add_stiffness_bounds(body, x, pressure, bound)
+    scale = np.repeat(bound, d) ** -0.5
+    free = np.ones(n * d, dtype=bool)
+    if d == 2:
+        free[[0, 2 * (n - 1)]] = False  # poles stay on the axis
+    return np.linalg.eigvalsh((0.5 * (K + K.T) * scale * scale[:, None])[np.ix_(free, free)])[-1]
+
+
 def balance_of(body, x, volume=np.pi / 6.0, viscosity=0.0, traction=0.0, cutoff=0.1, frozen=True):
     """The balance of a membrane whose density is 1 at ``x``."""
     adhesion = Adhesion(float(traction), float(cutoff), 8.0, frozen)
@@ -100,7 +120,7 @@ def static_case(model, front_edge, traction, prestretch=1.0, cutoff=0.1, shear_m
         "membrane": {"shear_modulus": shear_modulus, "prestretch": prestretch},
         "adhesion": {"traction": traction * prestretch, "cutoff": cutoff / prestretch},
         "mesh": mesh | {"layout": more.get("layout", "rings")},
-        "time": {"end": 2.0, "step": 1.0},
+        "time": {"end": 2.0, "step": 1.0, "order": 1},
         "solver": {"tolerance": more.get("tolerance", 1e-6), "max_iterations": 400_000},
     })
 

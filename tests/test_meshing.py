@@ -9,7 +9,7 @@ from vesdyn.meridian import build_meridian
 from vesdyn.meshing import FINE_ANGLE, check_mesh, edge_length, graded_meridian, graded_sphere
 from vesdyn.surface import build_surface
 
-LAYOUTS = ("rings", "spiral")
+LAYOUTS = ("rings", "scalloped", "spiral")
 VOLUME = np.pi / 6.0
 
 

@@ -42,7 +42,7 @@ def add_elastic_forces(body, x, nodal):
 
     ``x`` (n_nodes, d) [a0]; ``nodal`` (n_nodes, 2 d + 1), one row a node so that an element touches one
     cache line a corner: -dE/dx (d) [kT/a0], dV/dx (d) [a0^2], area (1) [a0^2]. The volume V [a0^3] is
-    signed: negative means inside-out.
+    signed: negative means inside-out, NaN that ``x`` is no shape at all.
     """
     raise NotImplementedError
 

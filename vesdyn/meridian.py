@@ -82,9 +82,11 @@ def add_elastic_forces(body, x, nodal):
     """See `vesdyn.body.add_elastic_forces`."""
     K = body.shear_modulus
     volume = 0.0
+    inverted = False  # W knows the squares of the stretches only and would take r < 0 for r > 0
     for e in range(body.elements.shape[0]):
         a, b = body.elements[e, 0], body.elements[e, 1]
         ra, rb = x[a, 0], x[b, 0]
+        inverted |= ra < 0.0
         dr, dz = rb - ra, x[b, 1] - x[a, 1]
         l = np.sqrt(dr * dr + dz * dz)
         L, R = body.length[e], body.radius[e]
@@ -107,7 +109,7 @@ def add_elastic_forces(body, x, nodal):
         nodal[b, 4] += np.pi / 3.0 * l * (2.0 * rb + ra)
     for pole in (0, x.shape[0] - 1):  # kept on the axis
         nodal[pole, 0] = nodal[pole, 2] = 0.0
-    return volume
+    return np.nan if inverted else volume
 
 
 @generic.elastic_energy.register(Meridian)

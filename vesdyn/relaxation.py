@@ -8,10 +8,10 @@ by marching  m x'' + c m x' = out-of-balance force  in pseudo-time with steps of
 
 mass      m = bound/4, bound from the bodies' Gerschgorin-type estimate at the current stretch plus drag and
           adhesion, so that no mode exceeds the critical frequency 2 of central differences.
-damping   `viscous`: c = 2 w, w the lowest frequency, estimated at each iteration by the Rayleigh quotient of
+damping   `viscous`: c ~ 1.4 w, w the lowest frequency, estimated at each iteration by the Rayleigh quotient of
           the force change along the velocity (Underwood 1983); centred in time, so it does not lower the
-          critical step.  `kinetic`: c = 0, and the velocity is cleared at each peak of the kinetic
-          energy, half a step back (Barnes 1999).
+          critical step.  `kinetic`: little damping, and the velocity is cleared just past each peak of the
+          kinetic energy, half a step back (Barnes 1999). With none at all the highest modes never die.
 fluid     the multiplier p is chosen at each iteration so that V(x) = V0 holds after it to first order:
           two dot products, no penalty stiffness.
 contact   heights are cut at z = 0 and a node the load presses down rests; complementarity is exact.
@@ -30,7 +30,6 @@ CONVERGED, DIVERGED, STALLED = 0, 1, 2
 VOLUME_TOLERANCE = 1e-11
 _OVERDAMPING = 1.4  # of the 2 w of the lowest mode: the quotient overestimates w while higher modes live
 _KINETIC_FLOOR = 0.1  # viscous damping that goes with kinetic damping, against the highest modes
-_PATIENCE = 2000  # iterations after which a residual above the first one is called divergence
 _EXPLODED = 1e6  # a residual that no start of a step has: something grows without bound
 
 
@@ -134,78 +133,100 @@ def incremental_potential(balance, x, pressure, work):
 
 
 @njit
+def restoring_pressure(balance, x, missing_volume, pressure, keep, gain, work):
+    """Pressure [kT/a0^3] under which the next move adds ``missing_volume`` [a0^3], to first order."""
+    nodal, velocity, d = work.nodal, work.velocity, dimension(balance.body)
+    z = d - 1
+    flow = mobility = 0.0
+    for i in range(x.shape[0]):
+        per_mass = gain / work.mass[i]
+        for k in range(d):
+            force, dV_dx = nodal[i, k], nodal[i, d + k]
+            if k == z and is_held(x[i, z], force + pressure * dV_dx):
+                continue
+            flow += dV_dx * (keep * velocity[i, k] + per_mass * force)
+            mobility += per_mass * dV_dx * dV_dx
+    return (missing_volume - flow) / mobility
+
+
+@njit
+def move_nodes(balance, x, pressure, keep, gain, work):
+    """Kick and drift every node, the plane holding what presses on it.
+
+    Returns the largest nodal residual, twice the kinetic energy, and the power of the velocity against the
+    forces without pressure and with it.
+    """
+    nodal, velocity, mass, d = work.nodal, work.velocity, work.mass, dimension(balance.body)
+    reference_area = balance.body.reference_area
+    z = d - 1
+    largest = kinetic = power = total_power = 0.0
+    for i in range(x.shape[0]):
+        per_mass = gain / mass[i]
+        out_of_balance = 0.0
+        for k in range(d):
+            force = nodal[i, k] + pressure * nodal[i, d + k]
+            if k == z and is_held(x[i, z], force):
+                velocity[i, z] = 0.0
+                continue
+            out_of_balance += force * force
+            v = keep * velocity[i, k] + per_mass * force
+            if k == z and x[i, z] + v < 0.0:  # lands
+                v = -x[i, z]
+                x[i, z] = 0.0
+            else:
+                x[i, k] += v
+            velocity[i, k] = v
+            kinetic += v * v * mass[i]
+            power += v * nodal[i, k]
+            total_power += v * force
+        largest = max(largest, out_of_balance / reference_area[i] ** 2)
+    stress = balance.adhesion.traction + balance.body.shear_modulus
+    return np.sqrt(largest) / stress, kinetic, power, total_power
+
+
+@njit
+def stiffness_along_velocity(power, kinetic, work, d):
+    """Rayleigh quotient, (frequency)^2, of the force change along the velocity that caused it.
+
+    ``power`` is that of the forces before the move; the pressure does no work on a motion of fixed volume.
+    """
+    change = power
+    for i in range(work.velocity.shape[0]):
+        for k in range(d):
+            change -= work.velocity[i, k] * work.nodal[i, k]
+    return max(0.0, change / kinetic)
+
+
+@njit
 def relax(balance, controls, x, pressure, work):
     """Move ``x`` (n_nodes, d) [a0] to balance, starting from its value; return an `Outcome`.
 
     ``pressure`` [kT/a0^3] is a first guess; ``work.mass`` is used as it is (`set_fictitious_mass`).
     """
-    nodal, velocity, mass = work.nodal, work.velocity, work.mass
-    n, d = x.shape[0], dimension(balance.body)
-    z = d - 1
-    velocity[:] = 0.0
-    reference_area, target_volume = balance.body.reference_area, balance.volume
-    stress = balance.adhesion.traction + balance.body.shear_modulus
+    d = dimension(balance.body)
+    work.velocity[:] = 0.0
     damping = _KINETIC_FLOOR
-    kinetic = power = first = 0.0
-    residual = np.inf
-    volume = target_volume
+    kinetic = power = residual = 0.0
+    volume = balance.volume
     for iteration in range(controls.max_iterations):
         volume = set_forces(balance, x, work)
-
         if not controls.kinetic and kinetic > 0.0:
-            # lowest frequency: how the force changed along the velocity that changed it
-            change = power
-            for i in range(n):
-                for k in range(d):
-                    change -= velocity[i, k] * nodal[i, k]
-            damping = min(1.9, _OVERDAMPING * np.sqrt(max(0.0, change / kinetic)))
-        keep, gain = (2.0 - damping) / (2.0 + damping), 2.0 / (2.0 + damping)
+            frequency = np.sqrt(stiffness_along_velocity(power, kinetic, work, d))
+            damping = min(1.9, _OVERDAMPING * frequency)
+        keep, gain = (2.0 - damping) / (2.0 + damping), 2.0 / (2.0 + damping)  # centred in time
+        missing = balance.volume - volume
+        pressure = restoring_pressure(balance, x, missing, pressure, keep, gain, work)
+        residual, kinetic, power, total_power = move_nodes(balance, x, pressure, keep, gain, work)
 
-        # velocity without pressure, and the pressure that restores the volume
-        flow = mobility = 0.0
-        for i in range(n):
-            per_mass = gain / mass[i]
-            for k in range(d):
-                force, dV_dx = nodal[i, k], nodal[i, d + k]
-                if k == z and is_held(x[i, z], force + pressure * dV_dx):
-                    continue
-                flow += dV_dx * (keep * velocity[i, k] + per_mass * force)
-                mobility += per_mass * dV_dx * dV_dx
-        pressure = (target_volume - volume - flow) / mobility
-
-        residual = kinetic = power = uphill = 0.0
-        for i in range(n):
-            per_mass = gain / mass[i]
-            out_of_balance = 0.0
-            for k in range(d):
-                force = nodal[i, k] + pressure * nodal[i, d + k]
-                if k == z and is_held(x[i, z], force):
-                    velocity[i, z] = 0.0
-                    continue
-                out_of_balance += force * force
-                v = keep * velocity[i, k] + per_mass * force
-                if k == z and x[i, z] + v < 0.0:  # lands
-                    v = -x[i, z]
-                    x[i, z] = 0.0
-                else:
-                    x[i, k] += v
-                velocity[i, k] = v
-                kinetic += v * v * mass[i]
-                power += v * nodal[i, k]
-                uphill -= v * force
-            residual = max(residual, out_of_balance / reference_area[i] ** 2)
-        residual = np.sqrt(residual) / stress
-        if iteration == 0:
-            first = residual
-        if not residual < _EXPLODED or (iteration > _PATIENCE and residual > first):
+        if not (residual < _EXPLODED and np.isfinite(volume)):
             return Outcome(DIVERGED, iteration + 1, residual, pressure, volume)
-        if residual <= controls.tolerance and abs(volume / target_volume - 1.0) <= VOLUME_TOLERANCE:
+        if residual <= controls.tolerance and abs(missing) <= VOLUME_TOLERANCE * balance.volume:
             return Outcome(CONVERGED, iteration + 1, residual, pressure, volume)
-        if controls.kinetic and uphill > 0.0:
-            for i in range(n):
+        if controls.kinetic and total_power < 0.0:  # just past a peak of the kinetic energy
+            for i in range(x.shape[0]):
                 for k in range(d):
-                    x[i, k] -= 0.5 * velocity[i, k]
-            velocity[:] = 0.0
+                    x[i, k] -= 0.5 * work.velocity[i, k]
+            work.velocity[:] = 0.0
     return Outcome(STALLED, controls.max_iterations, residual, pressure, volume)
 
 

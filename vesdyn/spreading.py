@@ -127,7 +127,7 @@ class Spreading:
         rate = bdf2(dt, self.dt_before) if second_order else euler(dt)
 
         ahead = self._look_ahead(dt)  # x*_(n+1)
-        self.number = self._step_receptors(ahead if second_order else x_old, rate)  # N_(n+1)
+        self.number = self._step_receptors(ahead if second_order else x_old, rate, dt)  # N_(n+1)
         self.x = self._relax_membrane(ahead, rate)  # x_(n+1)
         self.volume = self._measure(self.x)
         self._update_ledger(x_old, area_old, rate)
@@ -144,13 +144,13 @@ class Spreading:
         ahead[:, -1] = np.where(self.x[:, -1] <= 0.0, 0.0, np.maximum(ahead[:, -1], 0.0))
         return ahead
 
-    def _step_receptors(self, x, rate):
+    def _step_receptors(self, x, rate, dt):
         """Numbers (n_nodes,) after the step, moved on the membrane ``x``."""
         if self.adhesion.frozen:
             return self.number
         number = rate.past(self.number, self.number_before)
         if number.min() <= 0.0:  # only order 1 keeps any density positive
-            rate = euler(rate.step / rate.now)
+            rate = euler(dt)
             number = self.number.copy()
         self._measure(x)
         self.clipped_edges = edge_conductances(self.body, x, self.transport.conductance)

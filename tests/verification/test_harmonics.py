@@ -15,7 +15,7 @@ from vesdyn.body import edge_conductances
 
 AXES = {"pole": (0.0, 0.0, 1.0), "equator": (1.0, 0.0, 0.0), "oblique": tuple(np.array([1, 2, 3]) / 14**0.5)}
 CASES = [("axisymmetric", "rings", "pole")] + [
-    ("surface", layout, axis) for layout in ("rings", "spiral") for axis in AXES
+    ("surface", layout, axis) for layout in ("scalloped", "spiral") for axis in AXES
 ]
 
 

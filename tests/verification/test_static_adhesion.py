@@ -74,7 +74,7 @@ def test_coarse_surface(prestretch):
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("layout", ["rings", "spiral"])
+@pytest.mark.parametrize("layout", ["scalloped", "spiral"])
 @pytest.mark.parametrize("prestretch", [1.05, 1.1])
 def test_surface(prestretch, layout):
     tractions = [0.5, 1.0, 1.3348, 2.0, 2.5, 3.0]
@@ -100,7 +100,7 @@ def test_meridian_without_prestretch(traction):
     errors = np.abs([relative_errors(slack_state("axisymmetric", edge, traction), exact) for edge in edges])
     print(f"prestretch 1, traction {traction}: errors at {edges}\n{np.array2string(errors, precision=5)}")
     # p and E are small here, where nothing is taut: they are the most sensitive to the front's place
-    assert np.all(errors[-1] < [0.02, 0.002, 0.02, 0.01])
+    assert np.all(errors[-1] < [0.01, 0.001, 0.015, 0.01])
     assert np.all(errors[-2:].mean(axis=0) < 0.5 * errors[:2].mean(axis=0))
 
 
