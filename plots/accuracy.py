@@ -74,7 +74,7 @@ def main(out=study.OUT, scenes=("typical", "fig9-base"), families=FAMILIES, fine
                 f"{study.TITLE[scene]}, {family}",
                 ["wish", "step", "front edge", "nodes", "steps", "iterations", "CPU [s]", "error", "at listed times", "against fine surface"],
                 [
-                    (c.get("accuracy", "-"), c["time.step"], *(m[k] for k in ("edge", "nodes", "steps", "iterations", "seconds", "error", "listed")))
+                    (c.get("accuracy", "-"), c["time.step"], *(m[k] for k in ("edge", "nodes", "steps", "iterations", "seconds", "error", "listed", "own")))
                     for c, m in zip(runs, figures[scene, family])
                 ],
             )

@@ -16,7 +16,7 @@ from vesdyn.stepping import step
 
 MESH = {"model": "axisymmetric", "mesh.front_edge": 0.004, "mesh.far_edge": 0.02}
 STEPS = (0.004, 0.002, 0.001, 0.0005, 0.00025, 0.000125)
-SMALLEST = {"time.step": "auto", "accuracy": 0.0002}
+SMALLEST = {"time.step": "auto", "accuracy": 0.0001}
 EARLY, LATE = 0.02, 0.2
 TAKEN_UP = {"model": "axisymmetric", "mesh.front_edge": 0.002, "mesh.far_edge": 0.01, "solver.tolerance": 1e-5}
 TAKEN_UP_END = 0.08
@@ -55,14 +55,13 @@ def taken_up(order, steps, mesh, smallest):
         return sim.history_row()["binding_area"]
 
     key = {**mesh, **smallest, "time.order": order, "time.step": "-".join(f"{dt:g}" for dt in steps)}
-    store = study.run_directory("taken-up", key).with_suffix(".txt")
+    store = study.note_file("taken-up", key, "txt")
     if not store.exists():
         sim = new(smallest)
         while sim.time < EARLY:
             step(sim, next(t for t in sim.case.stops if t > sim.time))
         state = copy.deepcopy(sim.state())
         exact = area(smallest, state)
-        store.parent.mkdir(parents=True, exist_ok=True)
         np.savetxt(store, [area({"time.step": dt, "time.order": order}, state) / exact - 1.0 for dt in steps])
     return np.loadtxt(store)
 
@@ -107,8 +106,9 @@ def main(
 
     def draw(by_step, by_edge):
         for name, (errors, color, marker, line) in curves.items():
-            label = f"{name.replace('order', 'order')}: {slopes[name]:.2f}"
-            by_step.loglog(steps, np.abs(errors), color=color, marker=marker, linestyle=line, label=label)
+            by_step.loglog(
+                steps, np.abs(errors), color=color, marker=marker, linestyle=line, label=f"{name}: {slopes[name]:.2f}"
+            )
         lengths = np.array([max(steps), min(steps)])
         for order, top in ((1, 0.16), (2, 0.016)):
             guide = top * (lengths / lengths[0]) ** order

@@ -60,10 +60,12 @@ def main(out=study.OUT, vertices=VERTICES, iterations=ITERATIONS, repeats=REPEAT
         middle = np.median(rates, axis=1)
         speed.errorbar(sizes, middle, [middle - rates.min(axis=1), rates.max(axis=1) - middle], color=DARK, marker="o", capsize=3)
         speed.set(xlabel="vertices", ylabel="triangle updates per second [$10^6$/s]", ylim=(0, 1.15 * rates.max()))
-        effort.loglog(sizes, [i for *_, i in measured], color=RED, marker="s", linestyle="--")
+        effort.plot(sizes, [i for *_, i in measured], color=RED, marker="s", linestyle="--")
         effort.set(xlabel="vertices", ylabel=f"iterations per coupling step of {STEP:g}")
-        study.plain(effort.xaxis, sizes)
-        study.plain(effort.yaxis, (20, 50, 100, 200, 500))
+        effort.set(ylim=(0.0, 1.15 * max(i for *_, i in measured)))
+        for ax in (speed, effort):
+            ax.set_xticks(sizes, [f"{n:,}" for n in sizes])
+            ax.set_xlim(0, 1.1 * sizes[-1])
 
     study.panels(draw, "speed", out, size=(6.2, 2.7))
 

@@ -7,6 +7,7 @@ tells how much of the staircase is in the motion itself.
 """
 import numpy as np
 import study
+from matplotlib.ticker import MultipleLocator
 from study import DARK, GREEN, LIGHT, RED
 
 from vesdyn.body import set_shares_below
@@ -37,13 +38,13 @@ OTHERS = {
 def straight_shares(x, edges, level):
     """The part of each edge that lies below ``level``, interpolated from node to node."""
     low, high = np.sort(x[edges, -1], axis=1).T
-    return np.clip((level - low) / np.where(high > low, high - low, 1.0), 0.0, 1.0)
+    return np.where(high < level, 1.0, np.clip((level - low) / np.where(high > low, high - low, 1.0), 0.0, 1.0))
 
 
 def radii(model, layout, edge, end=END):
     """Times (n_steps,) and the front's radius [a0] as read in each way, step by step; computed once, then kept."""
     changes = {"model": model, "mesh.layout": layout, "mesh.front_edge": edge, "mesh.far_edge": 4 * edge, **STEP}
-    store = study.run_directory("staircase", changes | {"time.end": end}).with_suffix(".npz")
+    store = study.note_file("staircase", changes | {"time.end": end}, "npz")
     if not store.exists():
         sim = Spreading(study.case_of("typical", changes | {"time.end": end})[0])
         low, high = (part * sim.adhesion.cutoff for part in (BINDING_GAP, HIGH))
@@ -55,7 +56,6 @@ def radii(model, layout, edge, end=END):
             set_shares_below(sim.body, x, low, kink)
             shares = (straight_shares(x, edges, low), kink, straight_shares(x, edges, high))
             rows.append([sim.time, *(contact_radius(x, edges, share) for share in shares)])
-        store.parent.mkdir(parents=True, exist_ok=True)
         np.savez(store, **dict(zip(("time", "straight", "kink", "high"), np.array(rows).T)))
     return dict(np.load(store))
 
@@ -87,16 +87,17 @@ def main(out=study.OUT, edges=EDGES, end=END):
             in_time.axhline(-k, color="0.8", linewidth=0.6)
             in_time.plot(s**2, off / edge - k, color=color, linewidth=0.9)
             in_time.annotate(f"{name}, edge {edge:g}", (1.0, -k), xycoords=("axes fraction", "data"), textcoords="offset points",
-                             xytext=(0, 13), ha="right", color=color, fontsize=7)  # fmt: skip
+                             xytext=(0, 17), ha="right", color=color, fontsize=7)  # fmt: skip
             by_edge.loglog(edges[model], [rms[name, e] for e in edges[model]], color=color, marker=marker, linestyle=line, label=name)
         in_time.set(
-            xlabel="time $t$ [$a_0^2/D$]", ylabel="$r(t)$ about its trend [front edges], shifted by 1", ylim=(0.45 - len(CURVES), 0.75)
+            xlabel="time $t$ [$a_0^2/D$]", ylabel="$r(t)$ about its trend [front edges], shifted by 1", ylim=(0.4 - len(CURVES), 0.6)
         )
+        in_time.xaxis.set_major_locator(MultipleLocator(0.05))
         in_time.set_yticks([-k + d for k in range(len(CURVES)) for d in (-0.25, 0, 0.25)], [-0.25, 0, 0.25] * len(CURVES))
         by_edge.set(xlabel="front edge [$a_0$]", ylabel="rms of $r(t)$ about its trend / front edge")
         study.plain(by_edge.xaxis, (0.005, 0.01, 0.02, 0.03))
         study.plain(by_edge.yaxis, (0.005, 0.01, 0.02, 0.05, 0.1, 0.2))
-        by_edge.legend(loc="best")
+        by_edge.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, columnspacing=1.0)
 
     study.panels(draw, "staircase", out, size=(7.2, 3.6))
 

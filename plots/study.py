@@ -71,6 +71,12 @@ def run_directory(scene, changes):
     return RUNS / re.sub(r"[^A-Za-z0-9.,=_-]+", "", ",".join([scene, *values]))
 
 
+def note_file(what, changes, suffix):
+    """Where figures that are not the history of a run are kept."""
+    RUNS.mkdir(parents=True, exist_ok=True)
+    return RUNS / f"{run_directory(what, changes).name}.{suffix}"
+
+
 def history(scene, changes):
     """Columns of the history of ``scene`` with ``changes``, as arrays (n_steps,); run if need be."""
     directory = run_directory(scene, changes)

@@ -1,12 +1,14 @@
 """Triangulations of a sphere that touches the plane z = 0 from above, graded from the contact to the top.
 
 The edge length is `front_edge` up to the polar angle FINE_ANGLE (measured from the contact), where the front
-passes, and grows by GROWTH per unit of arc to `far_edge`. Two layouts of the same gradation:
+passes, and grows by GROWTH per unit of arc to `far_edge`. Three layouts of the same gradation:
 
-rings   Rows of equal latitude around the axis, alike in six sectors: the mesh is symmetric under turns of
-        sixty degrees to round-off, so that any other azimuthal mode of a front is physics.
-spiral  One curve from pole to pole, triangulated as a Delaunay mesh (convex hull): no direction is
-        special, the front meets its nodes one by one.
+scalloped  Rows of equal latitude that swing by one row spacing in each of six sectors, triangulated as a
+           Delaunay mesh. The front meets its nodes one by one instead of a ring at a time, so its area
+           grows smoothly: the default.
+rings      The rows themselves: symmetric under turns of sixty degrees to round-off, so that any other
+           azimuthal mode of a front is physics.
+spiral     One curve from pole to pole, triangulated as a Delaunay mesh: no direction is special.
 """
 import numpy as np
 import scipy.spatial
@@ -81,6 +83,15 @@ def _strip(vertices, lower, n_lower, upper, n_upper):
     ]
 
 
+def _delaunay(points):
+    """Outward Delaunay faces of points on a sphere around the origin: their convex hull."""
+    faces = scipy.spatial.ConvexHull(points).simplices
+    a, b, c = np.moveaxis(points[faces], 1, 0)
+    inward = np.einsum("fk,fk->f", np.cross(b - a, c - a), a) < 0.0
+    faces[inward] = faces[inward][:, ::-1]
+    return faces
+
+
 def _spiral(radius, front_edge, far_edge):
     arc = np.linspace(0.0, np.pi * radius, 20_001)
     edge = edge_length(arc, radius, front_edge, far_edge)
@@ -92,23 +103,19 @@ def _spiral(radius, front_edge, far_edge):
     t = golden * np.arange(n)
     points = radius * np.stack([np.sin(s) * np.cos(t), np.sin(s) * np.sin(t), -np.cos(s)], axis=1)
     points = np.concatenate([[[0.0, 0.0, -radius]], points[1:]])
-    faces = scipy.spatial.ConvexHull(points).simplices
-    a, b, c = np.moveaxis(points[faces], 1, 0)
-    inward = np.einsum("fk,fk->f", np.cross(b - a, c - a), a) < 0.0
-    faces[inward] = faces[inward][:, ::-1]
-    return points, faces
+    return points, _delaunay(points)
 
 
 def _scalloped(radius, front_edge, far_edge):
-    vertices, faces = _rings(radius, front_edge, far_edge)
-    x, y, z = vertices.T
+    x, y, z = _rings(radius, front_edge, far_edge)[0].T
     polar, turn = np.arccos(np.clip(-z / radius, -1.0, 1.0)), np.arctan2(y, x)
     wave = 2.0 * np.abs((turn * SECTORS / (2.0 * np.pi)) % 1.0 - 0.5) - 0.5  # triangle: all offsets equally often
     row = _ROW * edge_length(radius * polar, radius, front_edge, far_edge) / radius
     fade = np.minimum(1.0, polar / (6.0 * row)) * np.minimum(1.0, (np.pi - polar) / (6.0 * row))
     polar = polar + wave * row * fade**2
     ring = radius * np.sin(polar)
-    return np.stack([ring * np.cos(turn), ring * np.sin(turn), -radius * np.cos(polar)], axis=1), faces
+    points = np.stack([ring * np.cos(turn), ring * np.sin(turn), -radius * np.cos(polar)], axis=1)
+    return points, _delaunay(points)
 
 
 _LAYOUTS = {"rings": _rings, "scalloped": _scalloped, "spiral": _spiral}

@@ -221,8 +221,8 @@ def edge_conductances(body, x, conductance):
     clipped = 0
     for i in range(conductance.shape[0]):
         if conductance[i] < 0.0:
+            clipped += conductance[i] < -1e-9  # less is the rounding of a right angle
             conductance[i] = 0.0
-            clipped += 1
     return clipped
 
 
