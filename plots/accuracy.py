@@ -97,12 +97,12 @@ def main(out=study.OUT, scenes=("typical", "fig9-base"), families=FAMILIES, fine
         kept.loglog(wishes, wishes, "--", color="0.4", linewidth=0.9, label="error = wish")
         kept.set(xlabel=r"accuracy wish", ylabel="largest relative error of $A(t)$, $t \\geq 0.01$")
         cost.set(xlabel="CPU time of the coupling steps [s]", ylabel="largest relative error of $A(t)$, $t \\geq 0.01$")
-        cost.legend(title="filled: typical case; open: soft case of Fig. 9", title_fontsize=7, loc="lower center", bbox_to_anchor=(0.5, 1.0))
-        kept.legend(loc="upper left")
+        study.legend_below(cost, "filled: typical case; open: soft case of Fig. 9")
+        study.legend_below(kept)
         for axis in (cost.yaxis, kept.yaxis, kept.xaxis):
             study.as_percent(axis)
 
-    study.panels(draw, "accuracy", out, size=(7.2, 3.9))
+    study.panels(draw, "accuracy", out, size=(7.2, 4.3))
 
 
 if __name__ == "__main__":

@@ -116,7 +116,7 @@ def main(
             by_step.annotate(f"slope {order}", (lengths[0], top), textcoords="offset points", xytext=(3, -2), color="0.35", fontsize=7)
         by_step.set(xlabel=r"coupling step $\Delta t$ [$a_0^2/D$]", ylabel="relative error of $A(t)$", xlim=(0.8 * lengths[1], 1.9 * lengths[0]))
         study.plain(by_step.xaxis, steps[::2])
-        by_step.legend(title="order, begun at $t$, error at $t$: slope up to 0.001", title_fontsize=7, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, columnspacing=1.0)
+        study.legend_below(by_step, "order, begun at $t$, read at $t$: slope up to 0.001", columns=2)
         for (body, other), (lengths, errors) in by_mesh.items():
             _, color, marker, line = BODIES[body]
             fill = color if other == "the fine meridian" else "white"
@@ -126,11 +126,11 @@ def main(
             )  # fmt: skip
         by_edge.set(xlabel="front edge [$a_0$]", ylabel="largest relative error of $A(t)$, $t \\geq 0.01$")
         study.plain(by_edge.xaxis, (0.0025, 0.005, 0.01, 0.02, 0.03))
-        by_edge.legend(title="body: fitted slope", title_fontsize=7, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+        study.legend_below(by_edge, "body: fitted slope")
         for ax in (by_step, by_edge):
             study.as_percent(ax.yaxis)
 
-    study.panels(draw, "order", out, size=(7.2, 4.0))
+    study.panels(draw, "order", out, size=(7.2, 4.3))
 
 
 if __name__ == "__main__":

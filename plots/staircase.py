@@ -97,9 +97,9 @@ def main(out=study.OUT, edges=EDGES, end=END):
         by_edge.set(xlabel="front edge [$a_0$]", ylabel="rms of $r(t)$ about its trend / front edge")
         study.plain(by_edge.xaxis, (0.005, 0.01, 0.02, 0.03))
         study.plain(by_edge.yaxis, (0.005, 0.01, 0.02, 0.05, 0.1, 0.2))
-        by_edge.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, columnspacing=1.0)
+        study.legend_below(by_edge, columns=2)
 
-    study.panels(draw, "staircase", out, size=(7.2, 3.6))
+    study.panels(draw, "staircase", out, size=(7.2, 3.8))
 
 
 if __name__ == "__main__":

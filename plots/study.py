@@ -166,17 +166,16 @@ def table(title, header, rows):
         print("  " + "  ".join(text.rjust(width) for text, width in zip(line, widths)))
 
 
-def panels(draw, name, out, size, columns=2):
-    """Let ``draw(*axes)`` fill a row of panels lettered a, b, ... and store it as ``out``/``name``.png and .pdf."""
+def panels(draw, name, out, size):
+    """Let ``draw(a, b)`` fill two panels and store it as ``out``/``name``.png and .pdf."""
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     with matplotlib.style.context(["default", _STYLE]):
         figure = Figure(figsize=size, layout="constrained")
-        axes = np.atleast_1d(figure.subplots(1, columns))
+        axes = figure.subplots(1, 2)
         draw(*axes)
-        for letter, ax in zip("abcd", axes):
-            if columns > 1:
-                ax.set_title(f"({letter})  {ax.get_title(loc='left')}", fontweight="bold" if not ax.get_title(loc="left") else None)
+        for letter, ax in zip("ab", axes):
+            ax.set_title(f"({letter})", fontweight="bold")
         figure.savefig(out / f"{name}.png", dpi=300)
         figure.savefig(out / f"{name}.pdf", metadata={"CreationDate": None})
     print(f"\n{name}.png, {name}.pdf")
@@ -185,6 +184,13 @@ def panels(draw, name, out, size, columns=2):
 def as_percent(axis):
     """Label a logarithmic axis of relative errors in plain per cent."""
     axis.set_major_formatter(lambda v, _: f"{100 * v:g} %")
+
+
+def legend_below(ax, title=None, columns=1):
+    """Put the legend under the panel, where it hides nothing."""
+    ax.legend(
+        title=title, title_fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=columns, columnspacing=1.0
+    )
 
 
 def plain(axis, ticks):

@@ -53,6 +53,7 @@ def scout(case):
     coarse = case.model_copy(
         update={
             "model": "axisymmetric",
+            "perturbation": case.perturbation.model_copy(update={"amplitude": 0.0}),
             "accuracy": 0.02,
             "mesh": case.mesh.model_copy(update={"front_edge": 0.02, "far_edge": 0.05}),
             "time": case.time.model_copy(update={"step": "auto", "order": 2}),
