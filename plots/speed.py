@@ -10,7 +10,7 @@ import study
 from study import DARK, RED
 
 from vesdyn import relaxation
-from vesdyn.spreading import Spreading, euler
+from vesdyn.spreading import Spreading
 from vesdyn.stepping import step
 
 VERTICES = (2_500, 10_000, 20_000)
@@ -33,7 +33,7 @@ def measure(vertices, iterations, repeats, end):
     while sim.time < end:
         step(sim, end)
         spent.append(sim.iterations)
-    balance = sim._balance(sim.x, sim.case.drag / euler(STEP).step)
+    balance = relaxation.Balance(sim.body, sim.adhesion, sim.case.drag / STEP, sim.volume_0, sim.number, sim.x)
     controls = relaxation.Controls(0.0, iterations, False)
     relaxation.set_fictitious_mass(balance, sim.x, sim.pressure, sim.work)
     rates = []
