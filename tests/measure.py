@@ -100,7 +100,8 @@ def straight_shares(x, edges, level):
     """The part of each edge that lies below ``level``, interpolated from node to node."""
     heights = np.sort(x[edges, -1], axis=1)
     low, high = heights.T
-    return np.clip((level - low) / np.where(high > low, high - low, 1.0), 0.0, 1.0)
+    share = np.clip((level - low) / np.where(high > low, high - low, 1.0), 0.0, 1.0)
+    return np.where(high < level, 1.0, share)  # an edge that lies flat is below as a whole
 
 
 def mean_radius(x, edges, level):

@@ -41,7 +41,7 @@ def test_defaults_are_the_typical_case(load):
     assert (case.adhesion.traction, case.adhesion.cutoff, case.adhesion.ligand_ratio) == (2.416, 0.1, 8)
     assert (case.receptors.mobility, case.receptors.drift_number, case.receptors.frozen) == (2.1875, 17.5, False)
     assert (case.drag, case.mesh.front_edge, case.mesh.far_edge) == (0.07, 0.015, 0.05)
-    assert (case.time.end, case.time.step) == (1.2, 0.002)
+    assert (case.time.end, case.time.step) == (1.2, 0.001)
     assert case.output.frames == (0.008, 0.044, 0.128, 0.56)
     assert not case.warnings()
 

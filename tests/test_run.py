@@ -275,3 +275,13 @@ def test_quick_case_stopped_and_resumed_gives_the_same_bits(quick, tmp_path, num
     assert (status, stderr) == (0, "")
     assert_same(tmp_path / "a", quick)
     assert yaml.safe_load((tmp_path / "a" / "status.yaml").read_text())["state"] == "finished"
+
+
+def test_state_of_another_mesh_is_refused_with_the_remedy(tmp_path):
+    case = Case(name="a", mesh={"front_edge": 0.1, "far_edge": 0.2}, time={"end": 0.002}, output={"frames": ()})
+    run_case(case, tmp_path / "a", progress=False)
+    directory = RunDirectory(tmp_path / "a")
+    directory.write_checkpoint(directory.read_checkpoint() | {"mesh": 1})
+    directory.write_status("interrupted", "", 0.0)
+    with pytest.raises(RunDirectoryError, match="another mesh.*--restart"):
+        run_case(case, tmp_path / "a", progress=False)

@@ -26,7 +26,11 @@ def _sources_hash():
 if "NUMBA_CACHE_DIR" not in os.environ:
     numba.config.CACHE_DIR = str(Path(platformdirs.user_cache_dir("vesdyn")) / _sources_hash())
 
-njit = functools.partial(numba.njit, cache=True, fastmath=_FAST_MATH, error_model="numpy")
+# Kernels are inlined into their callers: a call would go to whichever copy of the callee was loaded first, and
+# copies that were optimised in different surroundings differ in the last bits.
+_OPTIONS = {"fastmath": _FAST_MATH, "error_model": "numpy", "forceinline": True}
+
+njit = functools.partial(numba.njit, cache=True, **_OPTIONS)
 
 
 def by_body(signature):
@@ -37,7 +41,7 @@ def by_body(signature):
     """
     generic = functools.singledispatch(signature)
 
-    @overload(generic, strict=False, jit_options={"fastmath": _FAST_MATH, "error_model": "numpy"})
+    @overload(generic, strict=False, jit_options=_OPTIONS)
     def choose(body, *arguments):
         kernel = generic.dispatch(body.instance_class)
         return getattr(kernel, "py_func", kernel)

@@ -86,7 +86,7 @@ class Mesh(_Section):
 class Time(_Section):
     end: float = Field(1.2, gt=0, description="end of the run [a0^2/D]")
     step: Annotated[float, Field(ge=1e-9)] | Auto = Field(
-        0.002, description="coupling step, shortened to land on the frames [a0^2/D]; auto: as accuracy allows"
+        0.001, description="coupling step, shortened to land on the frames [a0^2/D]; auto: as accuracy allows"
     )
     order: Literal[1, 2] = Field(2, description="order of the coupling step; 1: the paper's staggering")
     stop_when_steady: bool = Field(True, description="end the run early once nothing moves (step: auto)")

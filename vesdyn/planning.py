@@ -16,10 +16,10 @@ from vesdyn.relaxation import RelaxationError
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import is_steady, step
 
-SHARES = {"mesh": 0.5, "step": 0.4, "tolerance": 0.1}
-MESH_ERROR = {"axisymmetric": 1.4, "surface": 1.0}
+SHARES = {"mesh": 0.4, "step": 0.5, "tolerance": 0.1}
+MESH_ERROR = {"axisymmetric": 1.1, "scalloped": 0.4, "rings": 1.0, "spiral": 1.0}
 TOLERANCE_ERROR = 2.5
-STEP_ERROR = {1: 25.0, 2: 7.0}  # of a fixed step, per step: relative error once t > 10 steps
+STEP_ERROR = {1: 25.0, 2: 9.0}  # of a fixed step, per step: relative error once t > 10 steps
 COMPRESSION = 0.01  # of K: free membrane below minus this tension would wrinkle
 _LONGEST_EDGE = {"axisymmetric": 0.02, "surface": 0.03}
 
@@ -102,15 +102,16 @@ def _choose_body(case, seen, decisions):
 
 def _choose_mesh(case, model, seen, decisions):
     front, far = case.mesh.front_edge, case.mesh.far_edge
+    constant = MESH_ERROR[model if model == "axisymmetric" else case.mesh.layout]
     radius = seen.early_radius if seen and seen.early_radius > 0.05 else 0.15
     if front == "auto":
-        wanted = radius * (SHARES["mesh"] * case.accuracy / MESH_ERROR[model]) ** (2.0 / 3.0)
+        wanted = radius * (SHARES["mesh"] * case.accuracy / constant) ** (2.0 / 3.0)
         front = float(f"{min(wanted, _LONGEST_EDGE[model], case.adhesion.cutoff / 4.0):.2g}")
         if far != "auto":
             front = min(front, far)
     if far == "auto":
         far = max(front, min(0.05, 6.0 * front) if model == "axisymmetric" else max(0.05, 3.0 * front))
-    error = MESH_ERROR[model] * (front / radius) ** 1.5
+    error = constant * (front / radius) ** 1.5
     decisions.append(
         f"mesh: front_edge {front:g}, far_edge {far:g}; estimated error {error:.1%} of the binding area"
         f" at t = 0.01, where the front is at r = {radius:.2f}, less later."
@@ -155,7 +156,7 @@ def _tell_omissions(case, model, seen, decisions):
         decisions.append(
             f"compression: the free membrane reaches {where}; it would wrinkle there, which "
             + (
-                "a meridian cannot show: compare with `model: surface`."
+                "a meridian cannot show: compare with `model: surface` (in the paper's cases 1 to 2 % of the area)."
                 if model == "axisymmetric"
                 else "without bending happens at the scale of the mesh."
             )

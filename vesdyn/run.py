@@ -19,7 +19,7 @@ from vesdyn.relaxation import RelaxationError
 from vesdyn.planning import compression_note
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import is_steady, step
-from vesdyn.storage import RunDirectory
+from vesdyn.storage import RunDirectory, RunDirectoryError
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,10 @@ def _start(case, directory):
         directory.clear_results()
         directory.write_frame(sim.time, *sim.frame())
     else:
-        sim.restore(checkpoint)
+        try:
+            sim.restore(checkpoint)
+        except ValueError as error:
+            raise RunDirectoryError(f"{directory.path}: {error}; start it anew with --restart.") from None
         directory.rewind(sim.time)
     return sim
 

@@ -13,6 +13,7 @@ the square root of time), so the first steps are of order 1 in any case.
 
 The driver knows a body by the functions of `vesdyn.body` only.
 """
+import zlib
 from typing import NamedTuple
 
 import numpy as np
@@ -77,7 +78,7 @@ class Spreading:
     """
 
     _STATE = (
-        "time", "steps", "x", "x_before", "dt_before", "dt_wanted", "number", "number_before", "pressure",
+        "mesh", "time", "steps", "x", "x_before", "dt_before", "dt_wanted", "number", "number_before", "pressure",
         "adhesion_work", "dissipation", "iterations", "residual", "step_error", "clipped_edges",
     )  # fmt: skip
 
@@ -96,6 +97,7 @@ class Spreading:
         self.work = relaxation.workspace(self.x)
         self.transport = receptors.transport(self.x.shape[0], self.body.edges.shape[0])
 
+        self.mesh = zlib.crc32(self.x.tobytes() + self.body.elements.tobytes())  # tells meshes apart
         self.time, self.steps = 0.0, 0
         self.x_before, self.dt_before, self.dt_wanted = self.x.copy(), 1.0, 0.0
         self.pressure = self.adhesion_work = self.dissipation = 0.0
@@ -287,7 +289,12 @@ class Spreading:
         return {name: getattr(self, name) for name in self._STATE}
 
     def restore(self, state):
-        """Continue from ``state`` with the bits of the run that saved it."""
+        """Continue from ``state`` with the bits of the run that saved it.
+
+        Raises ValueError where the state belongs to another mesh, one made by another version.
+        """
+        if state["mesh"] != self.mesh:
+            raise ValueError("the stored state belongs to another mesh than this version makes of the case")
         for name in self._STATE:
             setattr(self, name, state[name])
         self.volume = self._measure(self.x)

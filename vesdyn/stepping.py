@@ -12,7 +12,7 @@ import math
 
 from vesdyn.relaxation import RelaxationError
 
-STEP_ERROR = 0.008  # distance [a0] allowed per unit of accuracy
+STEP_ERROR = 0.003  # distance [a0] allowed per unit of accuracy
 FIRST_STEP = 2e-3  # of a0^2/D, per unit of accuracy
 LONGEST_STEP = 0.05
 STEADY = 0.02  # per unit of accuracy: relative change over one a0^2/D that counts as none
