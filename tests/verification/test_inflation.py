@@ -60,4 +60,4 @@ def test_surface(stretch, layout):
 @pytest.mark.parametrize("stretch", STRETCHES)
 def test_fine_surface(stretch, layout):
     # at 1.05 the next term of the series is still felt; no two spirals are alike
-    check("surface", (0.08, 0.04, 0.02), stretch, layout, slack=0.4 if layout == "spiral" else 0.25)
+    check("surface", (0.05, 0.025, 0.0125), stretch, layout, slack=0.4 if layout == "spiral" else 0.25)
