@@ -92,7 +92,7 @@ def main(out=study.OUT, scenes=("typical", "fig9-base"), families=FAMILIES, fine
         for scene, difference in wrinkling.items():
             line = ":" if scene == scenes[0] else (0, (1, 4))
             cost.axhline(difference, color="0.4", linewidth=0.9, linestyle=line)
-            cost.annotate(f"wrinkled, {study.TITLE[scene]}", (0.27, difference), xycoords=("axes fraction", "data"), textcoords="offset points", xytext=(0, 2), color="0.35", fontsize=6)  # fmt: skip
+            cost.annotate(f"wrinkled, {study.TITLE[scene]}", (0.16, difference), xycoords=("axes fraction", "data"), textcoords="offset points", xytext=(0, 2), color="0.35", fontsize=6)  # fmt: skip
         wishes = [8e-4, 0.05]
         kept.loglog(wishes, wishes, "--", color="0.4", linewidth=0.9, label="error = wish")
         kept.set(xlabel=r"accuracy wish", ylabel="largest relative error of $A(t)$, $t \\geq 0.01$")
