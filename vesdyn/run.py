@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vesdyn.relaxation import RelaxationError
 from vesdyn.planning import compression_note
+from vesdyn.relaxation import RelaxationError
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import is_steady, step
 from vesdyn.storage import RunDirectory, RunDirectoryError

@@ -125,18 +125,6 @@ def add_elastic_forces(body, x, nodal):
 
 
 @njit
-def _add_corner(row, fx, fy, fz, Sx, Sy, Sz, A):
-    third = 1.0 / 3.0
-    row[0] += fx
-    row[1] += fy
-    row[2] += fz
-    row[3] += third * Sx
-    row[4] += third * Sy
-    row[5] += third * Sz
-    row[6] += third * A
-
-
-@njit
 def squared_lengths(body, x, e):
     """Squared current edge lengths [a0^2] of face ``e``, each facing its corner, and the area [a0^2]."""
     a, b, c = body.elements[e, 0], body.elements[e, 1], body.elements[e, 2]
