@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from vesdyn.case import Case, CaseError, load_case, template
+from vesdyn.case import Case, CaseError, load_case, load_sweep, template
 
 CONFIGS = sorted((Path(__file__).parents[1] / "configs").glob("*.yaml"))
 
@@ -51,6 +51,21 @@ def test_shipped_cases_load_and_are_called_after_their_file(file):
     assert load_case(file).name == file.stem
 
 
+def test_every_curve_of_the_figures_has_one_config():
+    parameters = {}
+    for file in CONFIGS:
+        case = load_case(file)
+        if (case.model, case.time.step, case.accuracy) == ("auto", "auto", 0.01):
+            scene = (case.membrane.shear_modulus, case.adhesion.traction, case.adhesion.cutoff, case.adhesion.ligand_ratio)
+            assert parameters.setdefault(scene, file.stem) == file.stem
+            assert case.receptors.mobility == 2.1875 and case.drag == 0.07
+    figure_4 = {(K, 1.51, 0.1, 8) for K in (0.603, 1.206, 1.81, 3.018)}
+    figure_5 = {(1.81, T, 0.1, 8) for T in (0.302, 0.604, 1.51, 2.416)}
+    figure_6 = {(1.81, 1.51, d_c, 8) for d_c in (0.06, 0.1, 0.18)}
+    figure_7 = {(1.81, 2.416, 0.1, q) for q in (1.5, 2, 3, 8)}
+    assert parameters.keys() == figure_4 | figure_5 | figure_6 | figure_7
+
+
 def test_typical_config_holds_the_defaults():
     assert load_case(CONFIGS[[f.stem for f in CONFIGS].index("typical")]) == Case(name="typical")
 
@@ -64,7 +79,7 @@ def test_resolved_case_reads_back_to_an_equal_one(load):
 def test_template_has_every_key_at_its_default(load):
     case = load(template())
     assert case == Case(name="typical")
-    for section in ("membrane", "adhesion", "receptors", "mesh", "time", "output", "solver"):
+    for section in ("membrane", "adhesion", "receptors", "perturbation", "mesh", "time", "output", "solver"):
         for key in type(getattr(case, section)).model_fields:
             assert f"  {key}: " in template() or f"  # {key}: " in template()
 
@@ -126,6 +141,9 @@ def test_overrides_replace_add_and_are_read_as_yaml(load):
         ("receptors: {frozen: 1}", "receptors.frozen", "neither true nor false"),
         ("receptors: {mobility: 2, drift_number: 12}", "receptors.drift_number", "12 contradicts"),
         ("drag: -0.1", "drag", "at least 0"),
+        ("perturbation: {front: 0.3}", "perturbation.front", "at most 0.2"),
+        ("perturbation: {front: 0.02, at: 2}", "perturbation.at", "2 is not before the end of the run, 1.2"),
+        ("model: axisymmetric\nperturbation: {front: 0.02}", "perturbation.front", "set model to surface or auto"),
         ("model: flat", "model", "flat is not available; choose 'surface', 'axisymmetric' or 'auto'."),
         ("mesh: {front_edge: 0.06}", "mesh.front_edge", "0.06 is longer than far_edge = 0.05"),
         ("mesh: {layout: cubes}", "mesh.layout", "choose 'scalloped', 'rings' or 'spiral'"),
@@ -216,3 +234,110 @@ def test_refused_overrides_are_named(complaint, override, part):
 def test_doubtful_values_are_warned_of(load, override, key):
     (doubt,) = load("name: a", override).warnings()
     assert doubt.startswith(f"{key}: ") and doubt.endswith(".")
+
+
+# Bases
+
+
+@pytest.fixture
+def files(tmp_path):
+    """Return a function that writes files, given by stem and text, and returns the path of the first."""
+
+    def files(**texts):
+        (tmp_path / "deeper").mkdir(exist_ok=True)
+        for stem, text in texts.items():
+            (tmp_path / f"{stem}.yaml").write_text(text)
+        return tmp_path / f"{next(iter(texts))}.yaml"
+
+    return files
+
+
+def test_keys_of_a_base_are_defaults_through_a_chain_and_section_by_section(files, tmp_path):
+    path = files(
+        a="name: a\nbase: deeper/b.yaml\ntime: {end: 0.5}\noutput: {frames: [0.1]}",
+        c="name: c\nmodel: axisymmetric\ntime: {end: 2, order: 1}\noutput: {frames: [0.3, 0.4]}\nmesh: {layout: rings}",
+    )
+    (tmp_path / "deeper" / "b.yaml").write_text("base: ../c.yaml\nname: b\nmesh: auto\ntime: {step: 0.002}")
+    case = load_case(path)
+    assert (case.name, case.model) == ("a", "axisymmetric")
+    assert (case.time.end, case.time.order, case.time.step, case.output.frames) == (0.5, 1, 0.002, (0.1,))
+    assert (case.mesh.front_edge, case.mesh.layout) == ("auto", "rings")
+    assert "base" not in case.to_yaml()
+    assert load_case(path, ["mesh.front_edge=0.01"]).mesh.front_edge == 0.01
+
+
+@pytest.mark.parametrize(
+    "texts, begins, part",
+    [
+        ({"a": "base: b.yaml", "b": "name: b"}, "a.yaml: name: ", "missing"),
+        ({"a": "name: a\nbase: b.yaml", "b": "drag: -1"}, "b.yaml: drag: ", "at least 0"),
+        ({"a": "name: a\nbase: b.yaml\ndrag: -1", "b": "drag: 1"}, "a.yaml: drag: ", "at least 0"),
+        ({"a": "name: a\nbase: b.yaml", "b": "output: {frames: [1, x]}"}, "b.yaml: output.frames[1]: ", "not a number"),
+        ({"a": "name: a\nbase: b.yaml", "b": "drag: 1\ndrag: 2"}, "b.yaml: line 2: ", "given twice"),
+        ({"a": "name: a\nbase: b.yaml", "b": "base: a.yaml"}, "b.yaml: base: ", "leads in a circle"),
+        ({"a": "name: a\nbase: a.yaml"}, "a.yaml: base: ", "leads in a circle"),
+        ({"a": "name: a\nbase: none.yaml"}, "a.yaml: base: ", "none.yaml: No such file"),
+        ({"a": "name: a\nbase: [b.yaml]"}, "a.yaml: base: ", "[b.yaml] is not a path; give that"),
+        ({"a": "name: a\nbase: 3"}, "a.yaml: base: ", "3 is not a path"),
+        ({"a": "name: a\nbase: b.yaml", "b": ""}, "b.yaml: ", "the file is empty"),
+    ],
+)
+def test_refusals_name_the_file_of_the_fault(files, tmp_path, texts, begins, part):
+    with pytest.raises(CaseError) as refused:
+        load_case(files(**texts))
+    message = str(refused.value)
+    assert message.startswith(f"{tmp_path}/{begins}") and part in message and message.endswith(".")
+
+
+# Sweeps
+
+SWEPT = "name: a\nsweep: {membrane.shear_modulus: [0.603, 1.0e+1], adhesion.cutoff: [0.1, 0.2]}"
+
+
+def test_a_sweep_is_every_combination(files):
+    cases = load_sweep(files(a=SWEPT), ["drag=0.1"])
+    assert [case.name for case in cases] == [
+        "a-shear_modulus=0.603-cutoff=0.1",
+        "a-shear_modulus=0.603-cutoff=0.2",
+        "a-shear_modulus=10.0-cutoff=0.1",
+        "a-shear_modulus=10.0-cutoff=0.2",
+    ]
+    assert [(c.membrane.shear_modulus, c.adhesion.cutoff) for c in cases[:3]] == [(0.603, 0.1), (0.603, 0.2), (10, 0.1)]
+    assert {case.drag for case in cases} == {0.1}
+
+
+def test_any_value_can_be_swept(files):
+    cases = load_sweep(files(a="name: a\nsweep: {mesh: [auto, {layout: rings}], output.frames: [[], [0.1, 0.2]]}"))
+    assert [(case.mesh.front_edge, case.output.frames) for case in cases[::3]] == [("auto", ()), (0.015, (0.1, 0.2))]
+    assert cases[3].name == "a-mesh=_layout_rings_-frames=_0.1_0.2_"
+
+
+def test_without_a_sweep_a_file_is_one_case(files):
+    assert load_sweep(files(a="name: a")) == [Case(name="a")] == load_sweep(files(a="name: a\nsweep:"))
+
+
+def test_a_sweep_is_no_single_case(files, tmp_path):
+    with pytest.raises(CaseError) as refused:
+        load_case(files(a="name: a\nbase: b.yaml", b=SWEPT))
+    assert str(refused.value) == (
+        f"{tmp_path}/b.yaml: sweep: makes many cases of this file; run them by `vesdyn batch {tmp_path}/a.yaml`."
+    )
+
+
+@pytest.mark.parametrize(
+    "text, overrides, part",
+    [
+        ("sweep: 3", (), "a.yaml: sweep: not a grid; write for instance"),
+        ("sweep: {drag: 3}", (), "a.yaml: sweep: drag: not a list"),
+        ("sweep: {drag: []}", (), "a.yaml: sweep: drag: not a list"),
+        ("sweep: {drag: [1, -1]}", (), "a.yaml: sweep: drag: -1 is out of range"),
+        ("sweep: {time.ends: [1]}", (), "a.yaml: sweep: time.ends: unknown key, did you mean end?"),
+        ("drag: 1\nsweep: {drag.x: [1]}", (), "a.yaml: sweep: drag.x: drag holds a value"),
+        ("sweep: {drag: [1, 2]}", ("drag=3",), "--set drag: is swept in"),
+        ("sweep: {drag: [1, 2]}", ("time.end=-1",), "--set time.end: -1"),
+    ],
+)
+def test_refused_sweeps(files, text, overrides, part):
+    with pytest.raises(CaseError) as refused:
+        load_sweep(files(a=f"name: a\n{text}"), overrides)
+    assert part in str(refused.value) and "\n" not in str(refused.value)

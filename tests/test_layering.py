@@ -15,6 +15,7 @@ LADDER = [
     {"storage"},
     {"pictures"},
     {"run"},
+    {"batch"},
     {"cli"},
     {"__main__"},
 ]

@@ -4,7 +4,9 @@ The keys are the public interface; each is declared once, below, with its defaul
 Units: length a0 (initial diameter), time a0^2/D, energy kT, receptor density c_r0 (initial density).
 """
 
+import copy
 import difflib
+import itertools
 import math
 import re
 from pathlib import Path
@@ -68,7 +70,16 @@ class Receptors(_Section):
 
 class Perturbation(_Section):
     mode: int = Field(2, ge=1, description="azimuthal mode m of the initial density, c = 1 + amplitude cos(m angle)")
-    amplitude: float = Field(0.0, ge=0, lt=1, description="its amplitude [c_r0]; 0: the scene keeps its axis")
+    amplitude: float = Field(0.0, ge=0, lt=1, description="its amplitude [c_r0]; 0: an even density")
+    front: float = Field(
+        0.0, ge=0, le=0.2, description="largest random displacement of the contact front, of its radius; 0: none"
+    )
+    at: float = Field(0.14, gt=0, description="time of that displacement [a0^2/D]")
+    seed: int = Field(0, ge=0, description="seed of its random numbers")
+
+    @property
+    def breaks_axis(self):
+        return self.amplitude > 0 or self.front > 0
 
 
 class Mesh(_Section):
@@ -112,7 +123,7 @@ class Case(_Section):
 
     name: str = Field(
         max_length=100,
-        pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$",
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9._=-]*$",
         description="name of the case and of its directory in runs/",
     )
     model: Literal["surface", "axisymmetric", "auto"] = Field(
@@ -134,16 +145,7 @@ class Case(_Section):
     @model_validator(mode="before")
     @classmethod
     def _short_forms(cls, raw):
-        """Write `mesh: auto` and `accuracy: 1%` out in full."""
-        if raw.get("mesh") == "auto":
-            raw = raw | {"mesh": {"front_edge": "auto", "far_edge": "auto"}}
-        percent = re.fullmatch(r"\s*([0-9.eE+-]+)\s*%\s*", str(raw.get("accuracy")))
-        if percent:
-            try:
-                raw = raw | {"accuracy": float(percent[1]) / 100.0}
-            except ValueError:
-                pass  # said by the check of the type
-        return raw
+        return _in_full(raw)
 
     @model_validator(mode="after")
     def _consistent(self):
@@ -159,10 +161,16 @@ class Case(_Section):
             problems.append(
                 f"time.step: {self.time.step:g} is longer than the whole run, end = {self.time.end:g}; shorten it."
             )
-        if self.perturbation.amplitude > 0 and self.model == "axisymmetric":
+        for key in ("amplitude", "front"):
+            if getattr(self.perturbation, key) > 0 and self.model == "axisymmetric":
+                problems.append(
+                    f"perturbation.{key}: an axisymmetric body cannot carry it; set model to surface or auto, or"
+                    f" {key} to 0."
+                )
+        if self.perturbation.front > 0 and self.perturbation.at >= self.time.end:
             problems.append(
-                "perturbation.amplitude: an axisymmetric body cannot carry it; set model to surface or auto, or"
-                " amplitude to 0."
+                f"perturbation.at: {self.perturbation.at:g} is not before the end of the run, {self.time.end:g};"
+                " set it earlier, raise time.end, or set front to 0."
             )
         frames = self.output.frames
         if any(t <= 0 for t in frames):
@@ -226,8 +234,9 @@ class Case(_Section):
 
     @property
     def stops(self):
-        """Times the steps must meet: the frames and the end [a0^2/D]."""
-        return (*(t for t in self.output.frames if t < self.time.end), self.time.end)
+        """Times the steps must meet: the frames, the displacement of the front and the end [a0^2/D]."""
+        times = {*self.output.frames, self.time.end}
+        return tuple(sorted(times | ({self.perturbation.at} if self.perturbation.front > 0 else set())))
 
     def resolved(self):
         """Return every key with its value, defaults included, as plain dicts, lists, text and numbers."""
@@ -240,7 +249,12 @@ class Case(_Section):
 
 def template():
     """Return a commented case file with every key, its default, its meaning and its unit."""
-    lines = ["# A vesdyn case. Units: length a0 (initial diameter), time a0^2/D, energy kT, density c_r0.", ""]
+    lines = [
+        "# A vesdyn case. Units: length a0 (initial diameter), time a0^2/D, energy kT, density c_r0.",
+        "",
+        "# base: other.yaml                        # case file whose keys are the defaults of this one",
+        "# sweep: {adhesion.cutoff: [0.06, 0.1]}   # many cases, one of each combination of values (vesdyn batch)",
+    ]
 
     def add(key, field, default, indent=""):
         value = _as_yaml(default)
@@ -289,30 +303,124 @@ def load_case(path, overrides=()):
     """Read and validate a case.
 
     ``path`` is the YAML file; ``overrides`` are strings ``key.sub=value`` that replace what it says, their
-    values read as YAML. A mapping under ``provenance``, as a run stores it, is passed over.
+    values read as YAML. The keys of the file under ``base`` (a path relative to the one that names it) are
+    its defaults, all but ``name``. A mapping under ``provenance``, as a run stores it, is passed over.
+
+    Raises CaseError, also for a file with a ``sweep``, which is many cases (`load_sweep`).
+    """
+    raw, origin = _read(path, overrides)
+    if raw.pop("sweep", None):
+        raise CaseError(f"{origin('sweep')}: makes many cases of this file; run them by `vesdyn batch {path}`.")
+    return _validated(raw, origin)
+
+
+def load_sweep(path, overrides=()):
+    """Read and validate the cases of one file: every combination of the values under its ``sweep``.
+
+    ``sweep`` maps dotted keys to lists of values; ``<name>-<key>=<value>`` is the name of each case. Without
+    one the file is one case. ``path`` and ``overrides`` as for `load_case`.
 
     Raises CaseError.
     """
+    raw, origin = _read(path, overrides)
+    sweep = raw.pop("sweep", None) or {}
+    if not isinstance(sweep, dict):
+        raise CaseError(f"{origin('sweep')}: not a grid; write for instance {{adhesion.cutoff: [0.06, 0.1]}}.")
+    for key, values in sweep.items():
+        if not isinstance(values, list) or not values:
+            raise CaseError(f"{origin('sweep')}: {key}: not a list of values; write one such as [0.06, 0.1].")
+        if origin(key).startswith("--set"):
+            raise CaseError(f"{origin(key)}: is swept in {path}; change it there or by --set sweep={{...}}.")
+
+    def swept(key):
+        return f"{origin('sweep')}: {key}" if key in sweep else origin(key)
+
+    cases = []
+    for values in itertools.product(*sweep.values()):
+        one = copy.deepcopy(raw)
+        for key, value in zip(sweep, values):
+            _put(one, key, value, f"{origin('sweep')}: {key}")
+            if isinstance(one.get("name"), str):
+                one["name"] += "-" + re.sub(r"[^\w.=-]+", "_", f"{str(key).split('.')[-1]}={_as_yaml(value)}")
+        cases.append(_validated(one, swept))
+    return cases
+
+
+def _read(path, overrides):
+    """The keys of a case file, of its bases and ``overrides``; a function that says whence a key is."""
+    layers = _layers(Path(path), [])
+    raw = {}
+    for _, layer in reversed(layers):
+        raw = _merged(raw, layer)
+    replaced = [_override(raw, text) for text in overrides]
+
+    def origin(key):
+        if any(key == k or key.startswith((f"{k}.", f"{k}[")) for k in replaced):
+            return f"--set {key}"
+        parts = re.sub(r"\[\d+\]$", "", key).split(".")
+        return f"{next((file for file, layer in layers if _holds(layer, parts)), path)}: {key}"
+
+    return raw, origin
+
+
+def _layers(path, above):
+    """(file, keys) of a case file and of its bases, the file itself first; ``above`` are those that led to it."""
+    whence = f"{above[-1]}: base: " if above else ""
+    if any(path.resolve() == file.resolve() for file in above):
+        circle = " -> ".join(map(str, [*above, path]))
+        raise CaseError(f"{whence}leads in a circle ({circle}); take one of these bases out.")
     try:
-        raw = _parse(Path(path).read_bytes(), path)
+        raw = _parse(path.read_bytes(), path)
     except OSError as error:
-        raise CaseError(f"{path}: {error.strerror or error}; give the path of a case file.") from None
+        raise CaseError(f"{whence}{path}: {error.strerror or error}; give the path of a case file.") from None
     if raw is None:
         raise CaseError(f"{path}: the file is empty; `vesdyn template` prints one to start from.")
     if not isinstance(raw, dict):
         raise CaseError(f"{path}: not a mapping of keys to values; `vesdyn template` prints one to start from.")
-    raw.pop("provenance", None)
-    replaced = [_override(raw, text) for text in overrides]
+    for key in ("provenance", "name") if above else ("provenance",):
+        raw.pop(key, None)
+    base = raw.pop("base", None)
+    if not isinstance(base, str | None):
+        raise CaseError(f"{path}: base: {_as_yaml(base)} is not a path; give that of a case file, relative to this one.")
+    below = [] if base is None else _layers(path.parent / base, [*above, path])
+    return [(path, _in_full(raw)), *below]
 
-    def source(key):
-        given_by_hand = any(key == k or key.startswith((f"{k}.", f"{k}[")) for k in replaced)
-        return f"--set {key}" if given_by_hand else f"{path}: {key}"
 
+def _merged(defaults, keys):
+    """``keys`` over ``defaults``, section by section; sections of the latter are not changed."""
+    both = {k for k in keys if isinstance(keys[k], dict) and isinstance(defaults.get(k), dict)}
+    return defaults | {k: _merged(defaults[k], keys[k]) if k in both else keys[k] for k in keys}
+
+
+def _holds(layer, parts):
+    """Whether the nested dict ``layer`` has the key at ``parts``."""
+    for part in parts:
+        if not isinstance(layer, dict) or part not in layer:
+            return False
+        layer = layer[part]
+    return True
+
+
+def _in_full(raw):
+    """``raw`` with `mesh: auto` and `accuracy: 1%` written out."""
+    if raw.get("mesh") == "auto":
+        raw = raw | {"mesh": {"front_edge": "auto", "far_edge": "auto"}}
+    percent = re.fullmatch(r"\s*([0-9.eE+-]+)\s*%\s*", str(raw.get("accuracy")))
+    if percent:
+        try:
+            raw = raw | {"accuracy": float(percent[1]) / 100.0}
+        except ValueError:
+            pass  # said by the check of the type
+    return raw
+
+
+def _validated(raw, origin):
+    """The case of the keys ``raw``; raise CaseError with a sentence for each fault."""
     try:
         return Case.model_validate(raw)
     except ValidationError as error:
         sentences = [s for e in _without_alternatives(error.errors()) for s in _sentences(e)]
-        raise CaseError("\n".join(f"{source(key)}: {text}" for key, text in sentences)) from None
+        raise CaseError("\n".join(f"{origin(key)}: {text}" for key, text in sentences)) from None
 
 
 def _parse(text, source):
@@ -331,15 +439,20 @@ def _override(raw, text):
     """Put ``key.sub=value`` into the nested dict ``raw``; return the key."""
     key, equals, value = text.partition("=")
     key = key.strip()
-    *sections, last = key.split(".")
-    if not equals or not all([*sections, last]):
+    if not equals or not all(key.split(".")):
         raise CaseError(f"--set {text}: not of the form key.sub=value; write for instance --set time.end=0.5.")
+    _put(raw, key, _parse(value, f"--set {key}"), f"--set {key}")
+    return key
+
+
+def _put(raw, key, value, source):
+    """Put ``value`` at the dotted ``key`` of the nested dict ``raw``; ``source`` begins the error."""
+    *sections, last = str(key).split(".")
     for section in sections:
         raw = raw.setdefault(section, {})
         if not isinstance(raw, dict):
-            raise CaseError(f"--set {key}: {section} holds a value and has no keys in it; see `vesdyn template`.")
-    raw[last] = _parse(value, f"--set {key}")
-    return key
+            raise CaseError(f"{source}: {section} holds a value and has no keys in it; see `vesdyn template`.")
+    raw[last] = value
 
 
 # Errors as sentences -------------------------------------------------------------------------------------
@@ -353,7 +466,7 @@ _WRONG = {  # pydantic's error type: what to say after the value
     "int_type": "is not a whole number; write one such as 20000.",
     "bool_type": "is neither true nor false; write one of them.",
     "string_type": "is not text; put it in quotes.",
-    "string_pattern_mismatch": "cannot name a directory; use letters, digits, and after the first '.', '_', '-'.",
+    "string_pattern_mismatch": "cannot name a directory; use letters, digits, and after the first '.', '_', '-', '='.",
     "string_too_long": "is too long; use at most {max_length} characters.",
     "tuple_type": "is not a list; write one such as [0.1, 0.2].",
     "model_type": "is not a section with keys; write for instance `{{key: value}}`, or leave it out.",

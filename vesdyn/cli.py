@@ -1,4 +1,4 @@
-"""The command line: ``vesdyn run``, ``explain``, ``resume``, ``info`` and ``template``.
+"""The command line: ``vesdyn run``, ``batch``, ``explain``, ``resume``, ``info`` and ``template``.
 
 Exit status 0: done; 1: the run failed; 2: the case or the command cannot be used; 130: interrupted.
 """
@@ -6,6 +6,7 @@ Exit status 0: done; 1: the run failed; 2: the case or the command cannot be use
 import argparse
 import sys
 import warnings
+from collections import Counter
 from pathlib import Path
 
 # Imports of the parts are inside the commands, so that each command waits for what it uses only.
@@ -55,6 +56,14 @@ def _parser():
     )
     run.add_argument("--restart", action="store_true", help="remove an earlier run in the directory first")
     run.add_argument("--quiet", **quiet)
+    batch = add("batch", _batch, "run many cases at once, or go on with them", None, None)
+    batch.add_argument("configs", metavar="CONFIG", nargs="+", type=Path, help="a case file (YAML), with or without a sweep")
+    batch.add_argument("--jobs", type=_count, metavar="N", help="processes on this machine (default: one a core)")
+    batch.add_argument("--out", type=Path, default=Path("runs"), metavar="DIR", help="runs go to DIR/<name> (default: runs)")
+    batch.add_argument("--scheduler", metavar="ADDRESS", help="use the workers of this Dask scheduler (needs vesdyn[cluster])")
+    batch.add_argument("--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="replace a key of every case")
+    batch.add_argument("--restart", action="store_true", help="compute finished runs anew, too")
+    batch.add_argument("--quiet", **quiet)
     explain = add("explain", _explain, "say what a case will compute and leave out", "CASE", "the case file (YAML)")
     explain.add_argument("--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="replace a key of the case")
     resume = add("resume", _resume, "go on with an interrupted run", "DIR", "the directory of the run")
@@ -62,6 +71,12 @@ def _parser():
     add("info", _info, "say how a run stands", "DIR", "the directory of the run")
     add("template", _template, "print a commented case file with every key", None, None)
     return parser
+
+
+def _count(text):
+    if not (text.isdecimal() and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"{text} is not a number of processes; give 1 or more")
+    return int(text)
 
 
 class _Version(argparse.Action):
@@ -84,6 +99,28 @@ def _run(arguments):
             print(*decisions, sep="\n")
     directory = arguments.out or Path("runs", case.name)
     return _compute(case, directory, arguments.quiet, arguments.restart, decisions)
+
+
+def _batch(arguments):
+    from vesdyn.batch import BatchError, read_cases, run_batch
+
+    if arguments.quiet:
+        warnings.simplefilter("ignore")
+    cases = read_cases(arguments.configs, arguments.set)
+    options = (arguments.jobs, arguments.scheduler, arguments.restart, not arguments.quiet)
+    try:
+        results = run_batch(cases, arguments.out, *options)
+    except BatchError as error:
+        return _refuse(error, 2)
+    counts = Counter(outcome.state for _, outcome in results)
+    if not arguments.quiet:
+        print(f"{arguments.out}: {', '.join(f'{number} {state}' for state, number in counts.items())}.")
+        if counts["interrupted"]:
+            print("Go on by the same command.")
+    for case, outcome in results:
+        if outcome.state == "failed":
+            _refuse(f"{arguments.out / case.name}: {outcome.reason}", 1)
+    return 130 if counts["interrupted"] else 1 if counts["failed"] else 0
 
 
 def _explain(arguments):

@@ -19,7 +19,7 @@ from vesdyn.planning import compression_note
 from vesdyn.relaxation import RelaxationError
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import is_steady, step
-from vesdyn.storage import RunDirectory, RunDirectoryError
+from vesdyn.storage import DamagedRunError, RunDirectory
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,12 @@ class Outcome:
 
     state: str
     reason: str
-    time: float
-    steps: int
-    wall_time: float
-    binding_area: float
-    volume_error: float
-    receptor_number_error: float
+    time: float = 0.0
+    steps: int = 0
+    wall_time: float = 0.0
+    binding_area: float = 0.0
+    volume_error: float = 0.0
+    receptor_number_error: float = 0.0
     note: str | None = None
 
     @property
@@ -46,12 +46,13 @@ class Outcome:
         return {"finished": 0, "failed": 1, "interrupted": 130}[self.state]
 
 
-def run_case(case, directory, progress=True, restart=False, decisions=()):
+def run_case(case, directory, progress=True, restart=False, decisions=(), stop=lambda: None):
     """Run ``case`` in ``directory`` (a path) from where it stands there to its end; return the ``Outcome``.
 
     An interrupt (SIGINT, SIGTERM) lets the step in hand finish, stores a checkpoint and stops; a second one
     stops at once, and what was done since the last checkpoint is done again later. ``progress`` shows a bar
     if stderr is a terminal. ``restart`` removes an earlier run first. ``decisions`` are stored with the case.
+    ``stop`` is asked after each step for a reason to stop there, as if interrupted.
 
     Raises vesdyn.storage.RunDirectoryError if the directory cannot take the run. A relaxation that fails is
     no exception but an outcome.
@@ -64,16 +65,18 @@ def run_case(case, directory, progress=True, restart=False, decisions=()):
             return _outcome(case, directory, "is finished already; `vesdyn run --restart` computes it anew.")
         for sentence in case.warnings():
             warnings.warn(sentence, stacklevel=2)
-        with _interrupts() as interrupts:
-            _advance(case, directory, interrupts, progress)
+        with interrupts() as received:
+            _advance(case, directory, lambda: received[0] if received else stop(), progress)
         if directory.status()["state"] == "finished":
             _draw(directory)
         return _outcome(case, directory)
 
 
-def _advance(case, directory, interrupts, progress):
-    """Take the coupling steps that are left; the last status written says how it ended."""
+def _advance(case, directory, interruption, progress):
+    """Take the coupling steps that are left, until ``interruption()``; the last status written says how it ended."""
     began = time.monotonic() - directory.status().get("wall_time", 0.0)
+
+    front_moves = case.perturbation.front > 0
 
     def settle(state, reason=""):
         directory.write_status(state, reason, time.monotonic() - began)
@@ -83,34 +86,43 @@ def _advance(case, directory, interrupts, progress):
         sim = _start(case, directory)
         saved = time.monotonic()
         with _progress_bar(sim.time, case.time.end, progress) as show:
-            done = False
+            done = _is_over(case, sim)
             while not done:
                 last_good = copy.deepcopy(sim.state())
-                stop = next(t for t in case.stops if t > sim.time)
+                if front_moves and sim.time == case.perturbation.at:
+                    sim.perturb_front()  # no part of the state stored at that time: neither lost nor done twice
                 try:
-                    step(sim, stop)
+                    step(sim, next(t for t in case.stops if t > sim.time))
                 except RelaxationError as failure:
                     directory.write_checkpoint(last_good)
                     return settle("failed", str(failure))
                 row = sim.history_row()
                 directory.append_history(row)
                 show(row)
-                steady = case.time.step == "auto" and case.time.stop_when_steady and is_steady(sim)
-                done = steady or sim.time == case.time.end
-                if sim.time in case.output.frames or steady:
+                done = _is_over(case, sim)
+                if sim.time in case.output.frames or (done and sim.time < case.time.end):
                     directory.write_frame(sim.time, *sim.frame())
-                if done or interrupts or time.monotonic() - saved >= 60 * case.output.checkpoint_minutes:
+                interrupted_by = interruption()
+                if done or interrupted_by or time.monotonic() - saved >= 60 * case.output.checkpoint_minutes:
                     directory.write_checkpoint(sim.state())
                     settle("running")
                     saved = time.monotonic()
-                if interrupts and not done:
-                    return settle("interrupted", f"stopped by {interrupts[0]}.")
+                if interrupted_by and not done:
+                    return settle("interrupted", f"stopped by {interrupted_by}.")
         settle("finished", f"steady at t = {sim.time:.4g}." if sim.time < case.time.end else "")
     except KeyboardInterrupt:
         settle("interrupted", "stopped at once by a second interrupt.")
     except Exception as error:
         settle("failed", f"{type(error).__name__}: {error}")
         raise
+
+
+def _is_over(case, sim):
+    """True where the time of the run is up, or nothing moves any more nor will be moved."""
+    if case.perturbation.front > 0 and sim.time <= case.perturbation.at:
+        return False
+    steady = case.time.step == "auto" and case.time.stop_when_steady and is_steady(sim)
+    return steady or sim.time == case.time.end
 
 
 def _start(case, directory):
@@ -124,7 +136,7 @@ def _start(case, directory):
         try:
             sim.restore(checkpoint)
         except ValueError as error:
-            raise RunDirectoryError(f"{directory.path}: {error}; start it anew with --restart.") from None
+            raise DamagedRunError(f"{directory.path}: {error}; start it anew with --restart.") from None
         directory.rewind(sim.time)
     return sim
 
@@ -159,7 +171,7 @@ def _draw(directory):
 
 
 @contextmanager
-def _interrupts():
+def interrupts():
     """Yield a list that receives the name of the first SIGINT or SIGTERM; a second signal acts as ever."""
     received = []
     if threading.current_thread() is not threading.main_thread():  # only the main thread may handle signals

@@ -32,8 +32,15 @@ import vesdyn
 from vesdyn.case import CaseError, load_case
 
 
+_LONGEST_ROW = 4096  # bytes
+
+
 class RunDirectoryError(ValueError):
     """A directory that cannot take or continue the run; one sentence that says what to do."""
+
+
+class DamagedRunError(RunDirectoryError):
+    """A run of the right case that cannot be gone on with, because what it left is not whole or not ours."""
 
 
 class RunDirectory:
@@ -79,8 +86,9 @@ class RunDirectory:
                 self.clear_results()
                 self._write_case(case, provenance() | {"warnings": case.warnings(), "decisions": list(decisions)})
             else:
-                self._check_same(case)
-                self._note_versions(case, origin)
+                self.check_same(case)
+                if self.status().get("state") != "finished":
+                    self._note_versions(case, origin)
             yield self
 
     def origin(self):
@@ -111,7 +119,8 @@ class RunDirectory:
         finally:
             os.close(handle)
 
-    def _check_same(self, case):
+    def check_same(self, case):
+        """Raise RunDirectoryError unless the stored run is one of ``case``."""
         try:
             stored = load_case(self.case_file)
         except CaseError:
@@ -160,7 +169,7 @@ class RunDirectory:
     def rewind(self, time):
         """Drop the rows of the history and the frames that are later than ``time``.
 
-        Raises RunDirectoryError if the history ends before ``time``.
+        Raises DamagedRunError if the history ends before ``time``.
         """
         lines = self.history_file.read_text().splitlines(keepends=True) if self.history_file.exists() else []
         lines = [line for line in lines if line.endswith("\n")]  # a killed run may leave half a row
@@ -168,7 +177,7 @@ class RunDirectory:
         rows = [row for row in rows if float(row.split(",", 1)[0]) <= time]
         reached = float(rows[-1].split(",", 1)[0]) if rows else 0.0
         if reached != time:
-            raise RunDirectoryError(
+            raise DamagedRunError(
                 f"{self.history_file}: ends at t = {reached:g}, before the checkpoint at t = {time:g};"
                 " start anew with --restart."
             )
@@ -216,6 +225,17 @@ class RunDirectory:
                     )
             values = (repr(int(v) if isinstance(v, (int, np.integer)) else float(v)) for v in row.values())
             file.write(",".join(values) + "\n")
+
+    def last_row(self):
+        """Return the last row of the history, column to number, without reading the others; empty if there is none."""
+        if not self.history_file.exists():
+            return {}
+        with open(self.history_file, "rb") as file:
+            columns = file.readline().decode().strip().split(",")
+            file.seek(max(file.tell(), os.path.getsize(self.history_file) - _LONGEST_ROW))
+            whole = file.read().decode().split("\n")[:-1]
+        values = whole[-1].split(",") if whole else []
+        return dict(zip(columns, map(float, values))) if len(values) == len(columns) else {}
 
     def history(self):
         """Return the history as a dict of column name to array (n_steps,); empty before the first step."""
@@ -311,7 +331,7 @@ class RunDirectory:
     def read_checkpoint(self):
         """Return the latest checkpoint that is whole, or None if there is none yet.
 
-        Warns if that is not the last one written. Raises RunDirectoryError if all are damaged.
+        Warns if that is not the last one written. Raises DamagedRunError if all are damaged.
         """
         files = [file for file in (self.checkpoint_file, self.checkpoint_previous) if file.exists()]
         for file in files:
@@ -320,7 +340,7 @@ class RunDirectory:
             except (OSError, KeyError, ValueError, RuntimeError):
                 warnings.warn(f"{file}: is damaged and left aside.", stacklevel=2)
         if files:
-            raise RunDirectoryError(f"{self.path}: no checkpoint in it is whole; start anew with --restart.")
+            raise DamagedRunError(f"{self.path}: no checkpoint in it is whole; start anew with --restart.")
         return None
 
 
