@@ -45,64 +45,81 @@ def sectored_surface(x, n_sectors):
     return vertices, np.concatenate(faces)
 
 
-def mode_stiffness(sim, rest, n_sectors):
-    """Stiffness of every azimuthal mode of the axisymmetric state of ``sim`` (`vesdyn.spreading.Spreading`).
+class Modes:
+    """Stiffness of the azimuthal modes of the axisymmetric state of ``sim`` (`vesdyn.spreading.Spreading`).
 
-    ``rest`` (n_nodes, 2) [a0] is the shape the run started from. Returns K (n_sectors, n_rings, 3, n_rings, 3) [kT/a0^2],
-    K[m] for mode m, rows and columns as radial, azimuthal and axial displacements of a ring; the reference area
-    (n_rings,) [a0^2]; and which axial displacements the plane holds (n_rings,). Modes 0 and 1 leave out what the
-    poles do.
+    ``rest`` (n_nodes, 2) [a0] is the shape the run started from. A ring moves along r, phi and z; its forces answer
+    the motion of the two rings on either side at most. What the poles do is left out, so m = 0 and 1 are not right.
     """
-    membrane = sim.case.membrane
-    vertices, faces = sectored_surface(rest, n_sectors)
-    body = build_surface(vertices, faces, membrane.shear_modulus, membrane.prestretch, membrane.thickness)
-    x, _ = sectored_surface(sim.x, n_sectors)
-    spread = np.repeat(sim.number[1:-1] / n_sectors, n_sectors)
-    number = np.concatenate([sim.number[:1], spread, sim.number[-1:]])
-    balance = relaxation.Balance(body, sim.adhesion, 0.0, sim.volume_0, number, x)
-    work = relaxation.workspace(x)
 
-    def force(y):
-        relaxation.set_forces(balance, y, work)
-        return (work.nodal[:, :3] + sim.pressure * work.nodal[:, 3:6])[1:-1].reshape(rings, n_sectors, 3)
+    def __init__(self, sim, rest, n_sectors):
+        self.n_sectors, self.rings, self.drag = n_sectors, len(rest) - 2, sim.case.drag
+        membrane = sim.case.membrane
+        vertices, faces = sectored_surface(rest, n_sectors)
+        body = build_surface(vertices, faces, membrane.shear_modulus, membrane.prestretch, membrane.thickness)
+        self._x, _ = sectored_surface(sim.x, n_sectors)
+        number = np.repeat(sim.number[1:-1] / n_sectors, n_sectors)
+        number = np.concatenate([sim.number[:1], number, sim.number[-1:]])
+        self._pressure = sim.pressure
+        self._balance = relaxation.Balance(body, sim.adhesion, 0.0, sim.volume_0, number, self._x)
+        self._work = relaxation.workspace(self._x)
+        self.area = body.reference_area[1:-1:n_sectors]  # (n_rings,) of one node [a0^2]
+        self._frame = self._frames()
+        axial = self._forces(self._x)[:, 0, 2]
+        self.held = np.array([is_held(z, f) for z, f in zip(self._x[1:-1:n_sectors, 2], axial)])  # by the plane
+        self._answer = self._answers()
 
-    rings = len(sim.x) - 2
-    angle = np.arctan2(x[1:-1, 1], x[1:-1, 0]).reshape(rings, n_sectors)
-    frame = np.zeros((rings, n_sectors, 3, 3))  # radial, azimuthal, axial
-    frame[..., 0, 0] = frame[..., 1, 1] = np.cos(angle)
-    frame[..., 0, 1], frame[..., 1, 0] = np.sin(angle), -np.sin(angle)
-    frame[..., 2, 2] = 1.0
+    def _frames(self):
+        """Unit vectors (n_rings, n_sectors, 3, 3) along r, phi and z at each node."""
+        self._angle = np.arctan2(self._x[1:-1, 1], self._x[1:-1, 0]).reshape(self.rings, self.n_sectors)
+        frame = np.zeros((*self._angle.shape, 3, 3))
+        frame[..., 0, 0] = frame[..., 1, 1] = np.cos(self._angle)
+        frame[..., 0, 1], frame[..., 1, 0] = np.sin(self._angle), -np.sin(self._angle)
+        frame[..., 2, 2] = 1.0
+        return frame
 
-    K = np.empty((n_sectors, rings, 3, rings, 3), dtype=complex)
-    turn = np.exp(-1j * np.outer(np.arange(n_sectors), angle[:, 0]))  # (m, ring): phase of the ring's first node
-    for i in range(rings):
-        for b in range(3):
-            nudged = [x.copy(), x.copy()]
-            for y, sign in zip(nudged, (1.0, -1.0)):
-                y[1 + i * n_sectors] += sign * _NUDGE * frame[i, 0, b]
-            answer = (force(nudged[1]) - force(nudged[0])) / (2.0 * _NUDGE)
-            local = np.einsum("rjac,rjc->rja", frame, answer)
-            K[:, :, :, i, b] = np.fft.fft(local, axis=1).swapaxes(0, 1) * (turn * turn[:, i, None].conj())[..., None]
-    at_rest = force(x)[:, 0, 2]
-    held = np.array([is_held(x[1 + i * n_sectors, 2], at_rest[i]) for i in range(rings)])
-    return K, body.reference_area[1:-1:n_sectors], held
+    def _forces(self, x):
+        """Forces (n_rings, n_sectors, 3) [kT/a0] along r, phi and z."""
+        relaxation.set_forces(self._balance, x, self._work)
+        force = (self._work.nodal[:, :3] + self._pressure * self._work.nodal[:, 3:6])[1:-1]
+        return np.einsum("rjac,rjc->rja", self._frame, force.reshape(*self._angle.shape, 3))
 
+    def _answers(self):
+        """Stiffness (n_rings, 5, n_sectors, 3, 3): forces on rings i - 2 ... i + 2 if ring i's first node moves."""
+        answer = np.zeros((self.rings, 5, self.n_sectors, 3, 3))
+        first = 1 + np.arange(self.rings) * self.n_sectors
+        for start in range(5):  # every fifth ring at once: no force feels two of them
+            moved = np.arange(start, self.rings, 5)
+            for b in range(3):
+                nudge = _NUDGE * self._frame[moved, 0, b]
+                sides = []
+                for sign in (1.0, -1.0):
+                    x = self._x.copy()
+                    x[first[moved]] += sign * nudge
+                    sides.append(self._forces(x))
+                stiffness = (sides[1] - sides[0]) / (2.0 * _NUDGE)
+                for i in moved:
+                    for ring in range(max(0, i - 2), min(self.rings, i + 3)):
+                        answer[i, ring - i + 2, :, :, b] = stiffness[ring]
+        return answer
 
-def growth_rates(sim, rest, n_sectors):
-    """Growth rate sigma_m (n_sectors // 2 - 1,) [D/a0^2] of the fastest shape of each mode m = 2, 3, ...
+    def growth_rates(self, modes):
+        """Growth rate sigma_m (n_modes,) [D/a0^2] of the fastest shape of each of the ``modes``; negative: decay."""
+        spectrum = np.fft.fft(self._answer, axis=2)
+        return np.array([self._growth_rate(m, spectrum[:, :, m % self.n_sectors]) for m in modes])
 
-    Arguments as of `mode_stiffness`; negative rates are decay. Returns the modes and the rates.
-    """
-    K, area, held = mode_stiffness(sim, rest, n_sectors)
-    free = np.ones((len(area), 3), dtype=bool)
-    free[:, 2] = ~held
-    free = np.flatnonzero(free)
-    scale = 1.0 / np.sqrt(np.repeat(area, 3)[free])
-    modes = np.arange(2, n_sectors // 2 + 1)
-    rates = []
-    for m in modes:
-        matrix = K[m].reshape(3 * len(area), -1)[np.ix_(free, free)] * scale[:, None] * scale
-        matrix = 0.5 * (matrix + matrix.conj().T)
-        lowest = scipy.linalg.eigh(matrix, eigvals_only=True, subset_by_index=(0, 0))[0]
-        rates.append(-lowest / sim.case.drag)
-    return modes, np.array(rates)
+    def _growth_rate(self, m, K):
+        phase = np.exp(1j * m * self._angle[:, 0])
+        band = np.zeros((9, 3 * self.rings), dtype=complex)  # lower form: band[row - column, column]
+        for i in range(self.rings):
+            for ring in range(i, min(self.rings, i + 3)):
+                block = K[i, ring - i + 2] * phase[i] / phase[ring] / np.sqrt(self.area[i] * self.area[ring])
+                for a in range(3):
+                    for b in range(3):
+                        row, column = 3 * ring + a, 3 * i + b
+                        fixed = (a == 2 and self.held[ring]) or (b == 2 and self.held[i])
+                        if row >= column and not fixed:
+                            band[row - column, column] = block[a, b]
+        band[0, 2::3][self.held] = np.abs(band[0]).max()  # out of the way
+        lowest = scipy.linalg.eig_banded(band, lower=True, eigvals_only=True, select="i", select_range=(0, 0))[0]
+        return -lowest / self.drag
