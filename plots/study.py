@@ -10,6 +10,7 @@ import os
 import re
 import time
 import warnings
+import zlib
 from pathlib import Path
 
 import h5py
@@ -33,6 +34,7 @@ CONFIGS = ROOT / "configs"
 OUT = ROOT / "plots" / "out"
 REFERENCE = ROOT / "tests" / "data" / "spreading_reference.csv"
 REFERENCE_CASE = {"typical": "typical", "fig9-base": "fig9"}  # a case of configs/: its name in REFERENCE
+LONGEST_NAME = 90
 JOBS = 1  # runs side by side
 EVERY_RUN = {}  # changes made to each run: the tests make them brief
 TITLE = {"typical": "typical case", "fig9-base": "soft case of Fig. 9"}
@@ -82,7 +84,8 @@ def run_directory(scene, changes):
     if not changes:
         return RUNS.parent / scene
     words = [f"{key.split('.')[-1]}={value}" for key, value in changes.items()]
-    return RUNS / re.sub(r"[^A-Za-z0-9.=_-]+", "", "_".join([scene, *words]))
+    name = re.sub(r"[^A-Za-z0-9.=_-]+", "", "_".join([scene, *words]))
+    return RUNS / (name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 9]}-{zlib.crc32(name.encode()):08x}")
 
 
 def note_file(what, changes, suffix):
