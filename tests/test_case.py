@@ -79,7 +79,7 @@ def test_resolved_case_reads_back_to_an_equal_one(load):
 def test_template_has_every_key_at_its_default(load):
     case = load(template())
     assert case == Case(name="typical")
-    for section in ("membrane", "adhesion", "receptors", "mesh", "time", "output", "solver"):
+    for section in ("membrane", "adhesion", "receptors", "perturbation", "mesh", "time", "output", "solver"):
         for key in type(getattr(case, section)).model_fields:
             assert f"  {key}: " in template() or f"  # {key}: " in template()
 
@@ -142,6 +142,9 @@ def test_overrides_replace_add_and_are_read_as_yaml(load):
         ("receptors: {frozen: 1}", "receptors.frozen", "neither true nor false"),
         ("receptors: {mobility: 2, drift_number: 12}", "receptors.drift_number", "12 contradicts"),
         ("drag: -0.1", "drag", "at least 0"),
+        ("perturbation: {front: 0.3}", "perturbation.front", "at most 0.2"),
+        ("perturbation: {front: 0.02, at: 2}", "perturbation.at", "2 is not before the end of the run, 1.2"),
+        ("model: axisymmetric\nperturbation: {front: 0.02}", "perturbation.front", "set model to surface or auto"),
         ("model: flat", "model", "flat is not available; choose 'surface', 'axisymmetric' or 'auto'."),
         ("mesh: {front_edge: 0.06}", "mesh.front_edge", "0.06 is longer than far_edge = 0.05"),
         ("mesh: {layout: cubes}", "mesh.layout", "choose 'scalloped', 'rings' or 'spiral'"),

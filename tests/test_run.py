@@ -1,7 +1,6 @@
 """The loop around the physics: time levels, and the same bits however a run is interrupted."""
 
 import math
-import os
 import signal
 import subprocess
 import sys
@@ -84,10 +83,12 @@ def uninterrupted(physics, tmp_path):
 
 
 def interrupt_at(step, signals=(signal.SIGINT,)):
+    """Signals that have arrived, one by one, before the step goes on (``os.kill`` may reach another thread, later)."""
+
     def before_step(steps):
         if steps == step:
             for number in signals:
-                os.kill(os.getpid(), number)
+                signal.raise_signal(number)
 
     return staticmethod(before_step)
 
@@ -193,6 +194,21 @@ def test_run_killed_before_its_first_checkpoint_starts_over(physics, tmp_path, u
     for name in ("checkpoint.h5", "checkpoint_previous.h5"):
         (tmp_path / "a" / name).unlink()
     physics.before_step = staticmethod(lambda steps: None)
+    assert run_case(CASE, tmp_path / "a").state == "finished"
+    assert_same(tmp_path / "a", uninterrupted)
+
+
+def test_run_killed_between_its_last_checkpoint_and_the_word_finished(physics, tmp_path, uninterrupted):
+    run_case(CASE, tmp_path / "a")
+    RunDirectory(tmp_path / "a").write_status("running")
+    assert run_case(CASE, tmp_path / "a").state == "finished"
+    assert_same(tmp_path / "a", uninterrupted)
+
+
+def test_stop_is_asked_after_each_step(physics, tmp_path, uninterrupted):
+    reasons = iter([None, None, "a whim"])
+    outcome = run_case(CASE, tmp_path / "a", stop=lambda: next(reasons))
+    assert (outcome.state, outcome.steps, outcome.reason) == ("interrupted", 3, "stopped by a whim.")
     assert run_case(CASE, tmp_path / "a").state == "finished"
     assert_same(tmp_path / "a", uninterrupted)
 

@@ -91,6 +91,14 @@ def test_directory_with_files_of_something_else_is_left_alone(tmp_path, name, re
     assert (tmp_path / name).read_text() == CASE.to_yaml()
 
 
+def test_finished_run_is_not_noted_to_go_on_with_other_versions(tmp_path, monkeypatch):
+    with RunDirectory(tmp_path / "a").claim(CASE) as directory:
+        directory.write_status("finished")
+    monkeypatch.setattr(storage, "provenance", lambda: {"numba": "0.0"})
+    with RunDirectory(tmp_path / "a").claim(CASE):
+        assert "resumed_with" not in directory.origin()
+
+
 def test_going_on_with_other_versions_is_warned_of_and_noted_once(tmp_path, monkeypatch):
     with RunDirectory(tmp_path / "a").claim(CASE):
         pass
@@ -114,6 +122,17 @@ def test_history_reads_back_to_the_same_bits(directory):
     history = directory.history()
     for column in rows[0]:
         assert history[column].tolist() == [row[column] for row in rows]
+
+
+def test_last_row_is_the_last_whole_one(directory):
+    assert directory.last_row() == {}
+    for i in range(200):
+        directory.append_history({"time": i / 7, "area": np.pi * i})
+        if i in (0, 199):
+            assert directory.last_row() == {"time": i / 7, "area": np.pi * i}
+    with open(directory.history_file, "a") as file:
+        file.write("28.7")
+    assert directory.last_row()["time"] == 199 / 7
 
 
 def test_history_of_other_columns_is_refused(directory):

@@ -29,7 +29,8 @@ from vesdyn.run import Outcome, interrupts, run_case
 from vesdyn.storage import DamagedRunError, RunDirectory, RunDirectoryError
 
 _ATTEMPTS = 3  # after as many deaths of its worker process a case is given up
-_REFRESH = 0.5  # [s]
+_REFRESH = 0.5  # of the table [s]
+_PATIENCE = 10.0  # with a scheduler that does not answer [s]
 
 
 class BatchError(ValueError):
@@ -92,26 +93,23 @@ def run_batch(cases, out="runs", jobs=None, scheduler=None, restart=False, show=
             for future in done:
                 case, worker = running.pop(future)
                 free.append(worker)
-                deaths[case.name] += isinstance(future.exception(), BrokenExecutor)
-                if isinstance(future.exception(), BrokenExecutor):
+                try:
+                    outcomes[case.name], doubts = future.result()
+                except BrokenExecutor:
                     worker.renew()
+                    deaths[case.name] += 1
                     if deaths[case.name] < _ATTEMPTS:
                         waiting.appendleft(case)
                         continue
-                outcomes[case.name], doubts = _result(future)
+                    reason = f"its process died {_ATTEMPTS} times; is there memory for so many --jobs?"
+                    outcomes[case.name], doubts = Outcome("failed", reason), ()
+                except Exception as error:
+                    outcomes[case.name], doubts = Outcome("failed", f"{type(error).__name__}: {error}"), ()
                 for sentence in doubts:
                     warnings.warn(f"{case.name}: {sentence}", stacklevel=2)
                 tell(case)
             tell()
     return [(case, outcomes[case.name]) for case in cases]
-
-
-def _result(future):
-    """What `_carry_out` returned, or a failure in its place."""
-    error = future.exception()
-    if isinstance(error, BrokenExecutor):
-        return Outcome("failed", f"its process died {_ATTEMPTS} times; is there memory for so many --jobs?"), ()
-    return (Outcome("failed", f"{type(error).__name__}: {error}"), ()) if error else future.result()
 
 
 # In the worker -------------------------------------------------------------------------------------------
@@ -123,8 +121,8 @@ def _carry_out(case, path, restart, stop_file):
     def stop():
         return stop_file.read_text() if stop_file.exists() else None
 
-    if stop():
-        return Outcome("interrupted", "not begun."), ()
+    if reason := stop():
+        return Outcome("interrupted", f"not begun, stopped by {reason}."), ()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
@@ -199,7 +197,7 @@ def _cluster(address, n_cases):
     except ImportError:
         raise BatchError("--scheduler: needs the package distributed; `pip install 'vesdyn[cluster]'`.") from None
     try:
-        client = Client(address)
+        client = Client(address, timeout=_PATIENCE)
     except (OSError, ValueError) as error:
         raise BatchError(f"--scheduler {address}: no answer ({error}); give that of a dask scheduler.") from None
     with client:

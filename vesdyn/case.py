@@ -70,7 +70,16 @@ class Receptors(_Section):
 
 class Perturbation(_Section):
     mode: int = Field(2, ge=1, description="azimuthal mode m of the initial density, c = 1 + amplitude cos(m angle)")
-    amplitude: float = Field(0.0, ge=0, lt=1, description="its amplitude [c_r0]; 0: the scene keeps its axis")
+    amplitude: float = Field(0.0, ge=0, lt=1, description="its amplitude [c_r0]; 0: an even density")
+    front: float = Field(
+        0.0, ge=0, le=0.2, description="largest random displacement of the contact front, of its radius; 0: none"
+    )
+    at: float = Field(0.14, gt=0, description="time of that displacement [a0^2/D]")
+    seed: int = Field(0, ge=0, description="seed of its random numbers")
+
+    @property
+    def breaks_axis(self):
+        return self.amplitude > 0 or self.front > 0
 
 
 class Mesh(_Section):
@@ -157,10 +166,16 @@ class Case(_Section):
             problems.append(
                 f"time.step: {self.time.step:g} is longer than the whole run, end = {self.time.end:g}; shorten it."
             )
-        if self.perturbation.amplitude > 0 and self.model == "axisymmetric":
+        for key in ("amplitude", "front"):
+            if getattr(self.perturbation, key) > 0 and self.model == "axisymmetric":
+                problems.append(
+                    f"perturbation.{key}: an axisymmetric body cannot carry it; set model to surface or auto, or"
+                    f" {key} to 0."
+                )
+        if self.perturbation.front > 0 and self.perturbation.at >= self.time.end:
             problems.append(
-                "perturbation.amplitude: an axisymmetric body cannot carry it; set model to surface or auto, or"
-                " amplitude to 0."
+                f"perturbation.at: {self.perturbation.at:g} is not before the end of the run, {self.time.end:g};"
+                " set it earlier, raise time.end, or set front to 0."
             )
         frames = self.output.frames
         if any(t <= 0 for t in frames):
@@ -224,8 +239,9 @@ class Case(_Section):
 
     @property
     def stops(self):
-        """Times the steps must meet: the frames and the end [a0^2/D]."""
-        return (*(t for t in self.output.frames if t < self.time.end), self.time.end)
+        """Times the steps must meet: the frames, the displacement of the front and the end [a0^2/D]."""
+        times = {*self.output.frames, self.time.end}
+        return tuple(sorted(times | ({self.perturbation.at} if self.perturbation.front > 0 else set())))
 
     def resolved(self):
         """Return every key with its value, defaults included, as plain dicts, lists, text and numbers."""

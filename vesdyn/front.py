@@ -40,3 +40,25 @@ def contact_radius(x, edges, share):
     """Mean radius [a0] of the front cut by ``share``; 0 before contact."""
     radius = front_radius(x, edges, share)
     return float(radius.mean()) if len(radius) else 0.0
+
+
+def displace_front(x, edges, largest, rng):
+    """Positions (n_nodes, 3) [a0] with the rim of the contact displaced at random, each node by itself.
+
+    A node on the plane with an edge to one above it moves along its radius about the axis, in the plane, by a
+    share of that radius uniform in +- ``largest``, but at most by a third of its shortest edge, so that no
+    triangle turns over.
+    """
+    a, b = edges.T
+    landed = x[:, -1] <= 0.0
+    rim = np.zeros(len(x), dtype=bool)
+    rim[a[landed[a] & ~landed[b]]] = rim[b[landed[b] & ~landed[a]]] = True
+    shortest, length = np.full(len(x), np.inf), np.linalg.norm(x[a] - x[b], axis=1)
+    np.minimum.at(shortest, a, length)
+    np.minimum.at(shortest, b, length)
+    radius = np.hypot(x[rim, 0], x[rim, 1])
+    share = rng.uniform(-largest, largest, len(radius))
+    most = np.divide(shortest[rim] / 3.0, radius, out=np.zeros_like(radius), where=radius > 0.0)
+    displaced = x.copy()
+    displaced[rim, :-1] *= 1.0 + np.clip(share, -most, most)[:, None]
+    return displaced

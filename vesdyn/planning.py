@@ -53,7 +53,7 @@ def scout(case):
     coarse = case.model_copy(
         update={
             "model": "axisymmetric",
-            "perturbation": case.perturbation.model_copy(update={"amplitude": 0.0}),
+            "perturbation": case.perturbation.model_copy(update={"amplitude": 0.0, "front": 0.0}),
             "accuracy": 0.02,
             "mesh": case.mesh.model_copy(update={"front_edge": 0.02, "far_edge": 0.05}),
             "time": case.time.model_copy(update={"step": "auto", "order": 2}),
@@ -88,10 +88,10 @@ def plan(case):
 
 
 def _choose_body(case, decisions):
-    broken = case.perturbation.amplitude > 0.0
+    broken = case.perturbation.breaks_axis
     model = ("surface" if broken else "axisymmetric") if case.model == "auto" else case.model
     if broken:
-        why = f"the scene is not axisymmetric (perturbation of mode {case.perturbation.mode})"
+        why = "the scene is not axisymmetric (perturbation)"
     elif model == "axisymmetric":
         why = "nothing in the scene breaks the symmetry about z"
     else:

@@ -76,6 +76,8 @@ def _advance(case, directory, interruption, progress):
     """Take the coupling steps that are left, until ``interruption()``; the last status written says how it ended."""
     began = time.monotonic() - directory.status().get("wall_time", 0.0)
 
+    front_moves = case.perturbation.front > 0
+
     def settle(state, reason=""):
         directory.write_status(state, reason, time.monotonic() - began)
 
@@ -87,9 +89,10 @@ def _advance(case, directory, interruption, progress):
             done = _is_over(case, sim)
             while not done:
                 last_good = copy.deepcopy(sim.state())
-                stop = next(t for t in case.stops if t > sim.time)
+                if front_moves and sim.time == case.perturbation.at:
+                    sim.perturb_front()  # no part of the state stored at that time: neither lost nor done twice
                 try:
-                    step(sim, stop)
+                    step(sim, next(t for t in case.stops if t > sim.time))
                 except RelaxationError as failure:
                     directory.write_checkpoint(last_good)
                     return settle("failed", str(failure))
@@ -115,7 +118,9 @@ def _advance(case, directory, interruption, progress):
 
 
 def _is_over(case, sim):
-    """True where the time of the run is up, or nothing moves any more."""
+    """True where the time of the run is up, or nothing moves any more nor will be moved."""
+    if case.perturbation.front > 0 and sim.time <= case.perturbation.at:
+        return False
     steady = case.time.step == "auto" and case.time.stop_when_steady and is_steady(sim)
     return steady or sim.time == case.time.end
 

@@ -27,7 +27,7 @@ from vesdyn.body import (
     principal_tensions,
     set_shares_below,
 )
-from vesdyn.front import contact_radius
+from vesdyn.front import contact_radius, displace_front
 from vesdyn.meridian import build_meridian
 from vesdyn.meshing import graded_meridian, graded_sphere
 from vesdyn.surface import build_surface
@@ -74,7 +74,8 @@ def build_body(case):
 class Spreading:
     """A vesicle that spreads: the body, its surroundings, and the state at ``time`` [a0^2/D].
 
-    ``x`` (n_nodes, d) [a0] are the node positions, ``number`` (n_nodes,) [c_r0 a0^2] the receptors they carry.
+    ``x`` (n_nodes, d) [a0] are the node positions, ``number`` (n_nodes,) [c_r0 a0^2] the receptors they carry;
+    ``steps`` counts the coupling steps since the motion began, or began anew with `perturb_front`.
     """
 
     _STATE = (
@@ -139,6 +140,18 @@ class Spreading:
         self.step_error = self._distance(ahead, self.x) if started else 0.0
         self.x_before, self.number_before, self.dt_before = x_old, number_old, dt
         self.time, self.steps = until, self.steps + 1
+
+    def perturb_front(self):
+        """Displace the contact front at random, as the case's ``perturbation`` says (Fig. 9); time stands still.
+
+        The nodes keep their receptors. The motion starts anew, with steps of order 1, since a rate across
+        the leap would mean nothing.
+        """
+        perturbation = self.case.perturbation
+        self.x = displace_front(self.x, self.body.edges, perturbation.front, np.random.default_rng(perturbation.seed))
+        self.volume = self._measure(self.x)
+        self.x_before, self.number_before = self.x, self.number
+        self.steps, self.dt_wanted = 0, 0.0
 
     def _look_ahead(self, dt):
         """Positions after another ``dt`` of the last motion; nodes on the plane stay there."""
