@@ -130,7 +130,6 @@ def test_overrides_replace_add_and_are_read_as_yaml(load):
         ("membrane: {shear_modulus: true}", "membrane.shear_modulus", "true is not a number"),
         ("membrane: {shear_modulus: '1.81'}", "membrane.shear_modulus", "'1.81' is not a number"),
         ("membrane: {shear_modulus: }", "membrane.shear_modulus", "null is not a number"),
-        ("membrane: {thickness: 0.01}", "membrane.thickness", "bending, which is not implemented yet; set it to 0."),
         ("membrane: {prestretch: 0.9}", "membrane.prestretch", "at least 1"),
         ("membrane: 3", "membrane", "not a section"),
         ("membrane: {shear_modulos: 1}", "membrane.shear_modulos", "unknown key, did you mean shear_modulus?"),

@@ -7,7 +7,7 @@ import pytest
 
 LADDER = [
     {"_jit"},
-    {"neo_hookean", "adhesion", "contact", "receptors", "body", "meshing", "front", "case"},
+    {"neo_hookean", "koiter", "curvature", "adhesion", "contact", "receptors", "body", "meshing", "front", "case"},
     {"surface", "meridian", "relaxation"},
     {"spreading"},
     {"stepping"},

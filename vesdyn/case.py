@@ -151,11 +151,6 @@ class Case(_Section):
     def _consistent(self):
         """Check what concerns several keys at once, and resolve the drift number."""
         problems = []
-        if self.membrane.thickness > 0:
-            problems.append(
-                f"membrane.thickness: {self.membrane.thickness:g} asks for bending, which is not implemented yet;"
-                " set it to 0."
-            )
         edges = self.mesh.front_edge, self.mesh.far_edge
         if "auto" not in edges and self.mesh.front_edge > self.mesh.far_edge:
             problems.append(

@@ -8,6 +8,10 @@ current ones, the principal stretches are l1 = l/L (meridian) and l2 = r/R (hoop
 A node is a ring, x = (r, z), numbered from the contact pole to the top pole; forces, areas and numbers are
 those of the whole ring, so that energies and areas are the same as on a triangulated surface. The two
 poles stay on the axis. Second order in the segment length.
+
+Bending lives on the nodes, of outward normal n: with the tangent g = x,S and h_1 = x,SS of the parabola through the
+neighbours, S the reference arc length, and h_2 = -r/R^2 e_r, the second fundamental form is b_1 = n . h_1 (meridian)
+and b_2 = n . h_2 (hoop); beyond a pole the meridian goes on as its mirror image, and b_2 = b_1 there.
 """
 from typing import NamedTuple
 
@@ -15,6 +19,7 @@ import numpy as np
 
 from vesdyn import body as generic
 from vesdyn._jit import njit
+from vesdyn.koiter import bending_energy, bending_moments, bending_stiffness
 from vesdyn.neo_hookean import (
     principal_tension,
     strain_energy,
@@ -33,13 +38,17 @@ class Meridian(NamedTuple):
     radius: np.ndarray  # (n_segments,) reference mean radius R [a0]
     reference_area: np.ndarray  # (n_nodes,) reference area of each ring [a0^2]
     edges: np.ndarray  # (n_segments, 2) the elements once more: receptors travel along them
+    bending_stiffness: float  # B [kT]
+    ring_radius: np.ndarray  # (n_nodes,) reference radius of each node [a0]
+    rest_curvature: np.ndarray  # (n_nodes, 2) b_0: meridional, hoop [1/a0]
 
 
-def build_meridian(x, shear_modulus, prestretch=1.0):
+def build_meridian(x, shear_modulus, prestretch=1.0, thickness=0.0):
     """Make a `Meridian` whose start state ``x`` is stretched by ``prestretch`` against its reference.
 
-    ``x`` (n_nodes, 2) are (r, z) [a0] from the lower to the upper pole. Raises ValueError where the ends
-    are off the axis or the curve does not enclose a positive volume.
+    ``x`` (n_nodes, 2) are (r, z) [a0] from the lower to the upper pole. The start state is free of moments, a
+    shell of ``thickness`` h [a0]. Raises ValueError where the ends are off the axis or the curve does not
+    enclose a positive volume.
     """
     if x[0, 0] != 0.0 or x[-1, 0] != 0.0:
         raise ValueError("meridian: the first and the last node must lie on the axis r = 0")
@@ -54,7 +63,13 @@ def build_meridian(x, shear_modulus, prestretch=1.0):
         radius=0.5 * (x[1:, 0] + x[:-1, 0]) / prestretch,
         reference_area=np.zeros(n),
         edges=elements,
+        bending_stiffness=float(bending_stiffness(shear_modulus, thickness)),
+        ring_radius=x[:, 0] / prestretch,
+        rest_curvature=np.zeros((n, 2)),
     )
+    if thickness > 0.0:
+        for i in range(n):
+            body.rest_curvature[i] = curvature(body, x, i)
     nodal = np.zeros((n, 5))
     if not add_elastic_forces(body, x, nodal) > 0.0:
         raise ValueError("meridian: the curve runs from the top to the contact (negative volume); reverse it")
@@ -107,9 +122,106 @@ def add_elastic_forces(body, x, nodal):
         nodal[b, 3] += disc
         nodal[a, 4] += np.pi / 3.0 * l * (2.0 * ra + rb)
         nodal[b, 4] += np.pi / 3.0 * l * (2.0 * rb + ra)
+    if body.bending_stiffness > 0.0:
+        add_bending_forces(body, x, nodal)
     for pole in (0, x.shape[0] - 1):  # kept on the axis
         nodal[pole, 0] = nodal[pole, 2] = 0.0
     return np.nan if inverted else volume
+
+
+@njit
+def parabola(body, x, i):
+    """Parabola through node ``i`` and its neighbours a, b: x,S = C_a (x_a - x_i) + C_b (x_b - x_i), x,SS alike in D.
+
+    Returns a, b, (C_a, C_b), (D_a, D_b), g = x,S and h_1 = x,SS as (r, z), and 1/R^2, 0 at a pole.
+    """
+    last = x.shape[0] - 1
+    below, above = abs(i - 1), last - abs(last - i - 1)
+    La, Lb = body.length[max(i, 1) - 1], body.length[min(i, last - 1)]
+    total = La + Lb
+    Ca, Cb, Da, Db = -Lb / (La * total), La / (Lb * total), 2.0 / (La * total), 2.0 / (Lb * total)
+    mirrored_a, mirrored_b = (-1.0 if i == 0 else 1.0), (-1.0 if i == last else 1.0)
+    ar, az = mirrored_a * x[below, 0] - x[i, 0], x[below, 1] - x[i, 1]
+    br, bz = mirrored_b * x[above, 0] - x[i, 0], x[above, 1] - x[i, 1]
+    R = body.ring_radius[i]
+    return (
+        below,
+        above,
+        (Ca, Cb),
+        (Da, Db),
+        (Ca * ar + Cb * br, Ca * az + Cb * bz),
+        (Da * ar + Db * br, Da * az + Db * bz),
+        1.0 / (R * R) if 0 < i < last else 0.0,
+    )
+
+
+@njit
+def curvature(body, x, i):
+    """Second fundamental form b_1, b_2 [1/a0] at node ``i``."""
+    _, _, _, _, g, h, per_RR = parabola(body, x, i)
+    G = np.sqrt(g[0] * g[0] + g[1] * g[1])
+    b1 = (g[1] * h[0] - g[0] * h[1]) / G
+    return b1, -x[i, 0] * g[1] / G * per_RR if per_RR > 0.0 else b1
+
+
+@njit
+def moments(body, x, i):
+    """Moments m_1, m_2 [kT/a0] that work on b_1 and b_2 at node ``i``: at a pole all of it on b_1."""
+    b1, b2 = curvature(body, x, i)
+    rest = body.rest_curvature
+    m1, m2, _ = bending_moments(body.bending_stiffness, b1 - rest[i, 0], b2 - rest[i, 1], 0.0)
+    return (m1, m2) if 0 < i < x.shape[0] - 1 else (m1 + m2, 0.0)
+
+
+@njit
+def add_bending_forces(body, x, nodal):
+    """Add the bending forces [kT/a0] to the first two columns of ``nodal`` (`vesdyn.koiter`)."""
+    for i in range(x.shape[0]):
+        below, above, C, D, g, h, per_RR = parabola(body, x, i)
+        m1, m2 = moments(body, x, i)
+        GG = g[0] * g[0] + g[1] * g[1]
+        per_G = 1.0 / np.sqrt(GG)
+        n_r, n_z = g[1] * per_G, -g[0] * per_G
+        f = (m1 * (h[0] * g[0] + h[1] * g[1]) - m2 * per_RR * x[i, 0] * g[0]) / GG  # moments along the tangent
+        A0 = body.reference_area[i]
+        force_a, force_b = A0 * (C[0] * f - D[0] * m1), A0 * (C[1] * f - D[1] * m1)
+        nodal[below, 0] += force_a * n_r  # none at a pole, where n_r = 0: the mirror image needs no sign
+        nodal[below, 1] += force_a * n_z
+        nodal[above, 0] += force_b * n_r
+        nodal[above, 1] += force_b * n_z
+        nodal[i, 0] -= (force_a + force_b) * n_r - A0 * m2 * per_RR * n_r
+        nodal[i, 1] -= (force_a + force_b) * n_z
+
+
+@njit
+def add_bending_bounds(body, x, bound):
+    """Add to ``bound`` (n_nodes,) [kT/a0^2] what bounds the stiffness of bending.
+
+    As on a surface (`vesdyn.surface.add_bending_bounds`): each of the three nodes carries its own weight times
+    the sum, of the material part s, of the moments m and of the turning of the normal c.
+    """
+    B = body.bending_stiffness
+    for i in range(x.shape[0]):
+        below, above, C, D, g, h, per_RR = parabola(body, x, i)
+        m1, m2 = moments(body, x, i)
+        b1, b2 = curvature(body, x, i)
+        GG = g[0] * g[0] + g[1] * g[1]
+        along_1, along_2 = (h[0] * g[0] + h[1] * g[1]) / GG, -x[i, 0] * per_RR * g[0] / GG
+        all_s = all_c = all_m = 0.0
+        for again in range(2):
+            for k in range(3):
+                j = below if k == 0 else above if k == 1 else i
+                own = 0.0 if k < 2 else per_RR
+                Ck = C[k] if k < 2 else -C[0] - C[1]
+                Dk = D[k] if k < 2 else -D[0] - D[1]
+                s1, s2 = abs(Dk - along_1 * Ck), abs(along_2 * Ck) + own
+                s = np.sqrt(B * (s1 * s1 + s2 * s2 + s1 * s2)) if per_RR > 0.0 else np.sqrt(3.0 * B) * s1
+                c, m = abs(Ck) / np.sqrt(GG), abs(m1) * s1 + abs(m2) * s2
+                if again:
+                    work = abs(m1 * b1 + m2 * b2) * c * all_c
+                    bound[j] += body.reference_area[i] * (s * all_s + m * all_c + c * all_m + work)
+                else:
+                    all_s, all_c, all_m = all_s + s, all_c + c, all_m + m
 
 
 @generic.elastic_energy.register(Meridian)
@@ -121,6 +233,19 @@ def elastic_energy(body, x):
         l1, l2 = stretches(body, x, e)
         A0 = 2.0 * np.pi * body.radius[e] * body.length[e]
         energy += A0 * strain_energy(body.shear_modulus, l1 * l1 + l2 * l2, 1.0 / (l1 * l2))
+    return energy + bending_energy_total(body, x)
+
+
+@njit
+def bending_energy_total(body, x):
+    """Bending energy E_b [kT]."""
+    energy, rest = 0.0, body.rest_curvature
+    if body.bending_stiffness > 0.0:
+        for i in range(x.shape[0]):
+            b1, b2 = curvature(body, x, i)
+            energy += body.reference_area[i] * bending_energy(
+                body.bending_stiffness, b1 - rest[i, 0], b2 - rest[i, 1], 0.0
+            )
     return energy
 
 
@@ -157,6 +282,8 @@ def add_stiffness_bounds(body, x, pressure, bound):
         fluid = abs(pressure) * 2.0 * np.pi * max(x[a, 0], x[b, 0], l1 * L)
         bound[a] += A0 * (material + geometric) + fluid
         bound[b] += A0 * (material + geometric) + fluid
+    if body.bending_stiffness > 0.0:
+        add_bending_bounds(body, x, bound)
 
 
 @generic.edge_conductances.register(Meridian)

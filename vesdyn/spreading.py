@@ -66,9 +66,9 @@ def build_body(case):
     mesh, membrane = case.mesh, case.membrane
     if case.model == "axisymmetric":
         x = graded_meridian(mesh.front_edge, mesh.far_edge)
-        return x, build_meridian(x, membrane.shear_modulus, membrane.prestretch)
+        return x, build_meridian(x, membrane.shear_modulus, membrane.prestretch, membrane.thickness)
     x, faces = graded_sphere(mesh.front_edge, mesh.far_edge, mesh.layout)
-    return x, build_surface(x, faces, membrane.shear_modulus, membrane.prestretch)
+    return x, build_surface(x, faces, membrane.shear_modulus, membrane.prestretch, membrane.thickness)
 
 
 class Spreading:

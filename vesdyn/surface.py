@@ -16,6 +16,8 @@ import trimesh
 
 from vesdyn import body as generic
 from vesdyn._jit import njit
+from vesdyn.curvature import Stencils, second_differences
+from vesdyn.koiter import bending_energy, bending_moments, bending_stiffness
 from vesdyn.meshing import check_mesh
 from vesdyn.neo_hookean import (
     principal_tension,
@@ -26,6 +28,7 @@ from vesdyn.neo_hookean import (
 )
 
 ASSEMBLY = 0.75  # of the area terms; up to 0.61 is needed on meshes shaken by a fifth of an edge (tests/test_bodies)
+NO_STENCILS = Stencils(np.zeros(1, np.uint32), np.zeros(0, np.uint32), np.zeros((0, 5)))
 
 
 class Surface(NamedTuple):
@@ -39,13 +42,16 @@ class Surface(NamedTuple):
     reference_area: np.ndarray  # (n_vertices,) a third of the reference area around each vertex [a0^2]
     edges: np.ndarray  # (n_edges, 2) vertices of each edge
     element_edges: np.ndarray  # (n_faces, 3) the edge facing each corner
+    bending_stiffness: float  # B [kT]
+    stencils: Stencils  # second differences in the reference; of no vertex where B = 0
+    rest_curvature: np.ndarray  # (n_vertices, 3) b_0: 11, 22 and 12 [1/a0]
 
 
-def build_surface(vertices, faces, shear_modulus, prestretch=1.0):
+def build_surface(vertices, faces, shear_modulus, prestretch=1.0, thickness=0.0):
     """Make a `Surface` whose start state ``vertices`` is stretched by ``prestretch`` against its reference.
 
-    ``vertices`` (n_vertices, 3) [a0], ``faces`` (n_faces, 3) outward. Raises ValueError for a mesh that
-    is not one closed, outward-oriented manifold.
+    ``vertices`` (n_vertices, 3) [a0], ``faces`` (n_faces, 3) outward. The start state is free of moments, a
+    shell of ``thickness`` h [a0]. Raises ValueError for a mesh that is not one closed, outward-oriented manifold.
     """
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     check_mesh(mesh)
@@ -55,16 +61,26 @@ def build_surface(vertices, faces, shear_modulus, prestretch=1.0):
     edges, element_edges = np.unique(
         np.sort(faces[:, [[1, 2], [2, 0], [0, 1]]], axis=2).reshape(-1, 2), axis=0, return_inverse=True
     )
-    return Surface(
+    reference_area = np.bincount(faces.ravel(), np.repeat(area / 3.0, 3), len(vertices))
+    stencils = NO_STENCILS
+    if thickness > 0.0:
+        stencils = second_differences(vertices / prestretch, faces, mesh.vertex_normals, reference_area)
+    body = Surface(
         shear_modulus=float(shear_modulus),
         elements=np.ascontiguousarray(faces, dtype=np.uint32),
         cotangents=np.ascontiguousarray(cotangents),
         spring_bound=total + np.sqrt(np.maximum(0.0, total**2 - 0.75)),
         element_area=area,
-        reference_area=np.bincount(faces.ravel(), np.repeat(area / 3.0, 3), len(vertices)),
+        reference_area=reference_area,
         edges=np.ascontiguousarray(edges, dtype=np.uint32),
         element_edges=np.ascontiguousarray(element_edges.reshape(-1, 3), dtype=np.uint32),
+        bending_stiffness=float(bending_stiffness(shear_modulus, thickness)),
+        stencils=stencils,
+        rest_curvature=np.zeros((len(stencils.start) - 1, 3)),
     )
+    for i in range(len(body.rest_curvature)):
+        body.rest_curvature[i] = curvature(body, vertices, i)[1:]
+    return body
 
 
 @generic.dimension.register(Surface)
@@ -121,7 +137,92 @@ def add_elastic_forces(body, x, nodal):
         nodal[c, 4] += Sy
         nodal[c, 5] += Sz
         nodal[c, 6] += A
+    add_bending_forces(body, x, nodal)
     return volume / 3.0
+
+
+@njit
+def differences(body, x, i):
+    """Tangents g_1, g_2 and second differences h_11, h_22, h_12 [a0 per reference length(s)] at vertex ``i``."""
+    stencils, w = body.stencils, body.stencils.weight
+    X, Y, Z = x[i, 0], x[i, 1], x[i, 2]
+    ux = uy = uz = vx = vy = vz = 0.0
+    px = py = pz = qx = qy = qz = rx = ry = rz = 0.0
+    for k in range(stencils.start[i], stencils.start[i + 1]):
+        j = stencils.neighbour[k]
+        dx, dy, dz = x[j, 0] - X, x[j, 1] - Y, x[j, 2] - Z
+        C, D, E, F, G = w[k, 0], w[k, 1], w[k, 2], w[k, 3], w[k, 4]
+        ux, uy, uz = ux + C * dx, uy + C * dy, uz + C * dz
+        vx, vy, vz = vx + D * dx, vy + D * dy, vz + D * dz
+        px, py, pz = px + E * dx, py + E * dy, pz + E * dz
+        qx, qy, qz = qx + F * dx, qy + F * dy, qz + F * dz
+        rx, ry, rz = rx + G * dx, ry + G * dy, rz + G * dz
+    return (ux, uy, uz), (vx, vy, vz), (px, py, pz), (qx, qy, qz), (rx, ry, rz)
+
+
+@njit
+def dot(a, b):
+    """Scalar product of two vectors of three."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@njit
+def cross(a, b):
+    """Vector product."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@njit
+def curvature(body, x, i):
+    """Area stretch of the fitted tangent plane at vertex ``i`` and b_11, b_22, b_12 [1/a0]."""
+    g1, g2, h11, h22, h12 = differences(body, x, i)
+    N = cross(g1, g2)
+    J = np.sqrt(dot(N, N))
+    return J, dot(N, h11) / J, dot(N, h22) / J, dot(N, h12) / J
+
+
+@njit
+def moments(body, x, i):
+    """Moments m_11, m_22, 2 m_12 [kT/a0] at vertex ``i``, their components f_1, f_2 along the tangents, the normal.
+
+    The force on neighbour j is -A0 (D_ab^j m_ab - C_a^j f_a) n (`vesdyn.koiter`).
+    """
+    g1, g2, h11, h22, h12 = differences(body, x, i)
+    N = cross(g1, g2)
+    JJ = dot(N, N)
+    per_J = 1.0 / np.sqrt(JJ)
+    n = N[0] * per_J, N[1] * per_J, N[2] * per_J
+    rest = body.rest_curvature
+    m11, m22, m12 = bending_moments(
+        body.bending_stiffness, dot(n, h11) - rest[i, 0], dot(n, h22) - rest[i, 1], dot(n, h12) - rest[i, 2]
+    )
+    H = (
+        m11 * h11[0] + m22 * h22[0] + m12 * h12[0],
+        m11 * h11[1] + m22 * h22[1] + m12 * h12[1],
+        m11 * h11[2] + m22 * h22[2] + m12 * h12[2],
+    )
+    G11, G12, G22, H1, H2 = dot(g1, g1), dot(g1, g2), dot(g2, g2), dot(H, g1), dot(H, g2)
+    return (m11, m22, m12), ((G22 * H1 - G12 * H2) / JJ, (G11 * H2 - G12 * H1) / JJ), n
+
+
+@njit
+def add_bending_forces(body, x, nodal):
+    """Add the bending forces [kT/a0] to the first three columns of ``nodal``."""
+    stencils, w = body.stencils, body.stencils.weight
+    for i in range(stencils.start.shape[0] - 1):
+        (m11, m22, m12), (f1, f2), n = moments(body, x, i)
+        A0 = body.reference_area[i]
+        kept = 0.0
+        for k in range(stencils.start[i], stencils.start[i + 1]):
+            j = stencils.neighbour[k]
+            force = A0 * (w[k, 0] * f1 + w[k, 1] * f2 - w[k, 2] * m11 - w[k, 3] * m22 - w[k, 4] * m12)
+            kept += force
+            nodal[j, 0] += force * n[0]
+            nodal[j, 1] += force * n[1]
+            nodal[j, 2] += force * n[2]
+        nodal[i, 0] -= kept * n[0]
+        nodal[i, 1] -= kept * n[1]
+        nodal[i, 2] -= kept * n[2]
 
 
 @njit
@@ -153,6 +254,18 @@ def elastic_energy(body, x):
     for e in range(body.elements.shape[0]):
         I1, l3 = invariants(body, x, e)
         energy += body.element_area[e] * strain_energy(body.shear_modulus, I1, l3)
+    return energy + bending_energy_total(body, x)
+
+
+@njit
+def bending_energy_total(body, x):
+    """Bending energy E_b [kT]."""
+    energy, rest = 0.0, body.rest_curvature
+    for i in range(rest.shape[0]):
+        _, b11, b22, b12 = curvature(body, x, i)
+        energy += body.reference_area[i] * bending_energy(
+            body.bending_stiffness, b11 - rest[i, 0], b22 - rest[i, 1], b12 - rest[i, 2]
+        )
     return energy
 
 
@@ -191,6 +304,49 @@ def add_stiffness_bounds(body, x, pressure, bound):
         )
         for k in range(3):
             bound[body.elements[e, k]] += stiffness
+    add_bending_bounds(body, x, bound)
+
+
+@njit
+def add_bending_bounds(body, x, bound):
+    """Add to ``bound`` (n_vertices,) [kT/a0^2] what bounds the stiffness of bending.
+
+    With s_ab = D_ab - Gamma_ab^c C_c and c = |C_c g^c| of a neighbour, the second variation of the energy of a
+    vertex is A0 (B |s dx|^2 + 2 m_ab s_ab dx . dn - m_ab b_ab |dn|^2), |dn| <= sum c |dx|; by Cauchy-Schwarz
+    every node carries its own weight times the sum over all.
+    """
+    stencils, w, B = body.stencils, body.stencils.weight, body.bending_stiffness
+    for i in range(stencils.start.shape[0] - 1):
+        g1, g2, h11, h22, h12 = differences(body, x, i)
+        (m11, m22, m12), _, n = moments(body, x, i)
+        G11, G12, G22 = dot(g1, g1), dot(g1, g2), dot(g2, g2)
+        JJ = G11 * G22 - G12 * G12
+        a1, b1 = (G22 * dot(h11, g1) - G12 * dot(h11, g2)) / JJ, (G11 * dot(h11, g2) - G12 * dot(h11, g1)) / JJ
+        a2, b2 = (G22 * dot(h22, g1) - G12 * dot(h22, g2)) / JJ, (G11 * dot(h22, g2) - G12 * dot(h22, g1)) / JJ
+        a3, b3 = (G22 * dot(h12, g1) - G12 * dot(h12, g2)) / JJ, (G11 * dot(h12, g2) - G12 * dot(h12, g1)) / JJ
+        work = abs(m11 * dot(n, h11) + m22 * dot(n, h22) + m12 * dot(n, h12))
+        first, last = stencils.start[i], stencils.start[i + 1]
+        all_s = all_c = all_m = 0.0  # sums over the nodes of the stencil, vertex i (k = last) among them
+        own_s1 = own_s2 = own_s3 = own_C1 = own_C2 = 0.0
+        for again in range(2):
+            for k in range(first, last + 1):
+                if k < last:
+                    j = stencils.neighbour[k]
+                    C1, C2 = w[k, 0], w[k, 1]
+                    s1 = w[k, 2] - a1 * C1 - b1 * C2
+                    s2 = w[k, 3] - a2 * C1 - b2 * C2
+                    s3 = w[k, 4] - a3 * C1 - b3 * C2
+                else:
+                    j, C1, C2, s1, s2, s3 = i, own_C1, own_C2, own_s1, own_s2, own_s3
+                s = np.sqrt(B * (s1 * s1 + s2 * s2 + s1 * s2 + s3 * s3))
+                c = np.sqrt(max(0.0, (G22 * C1 * C1 - 2.0 * G12 * C1 * C2 + G11 * C2 * C2) / JJ))
+                m = abs(m11 * s1 + m22 * s2 + m12 * s3)
+                if again:
+                    bound[j] += body.reference_area[i] * (s * all_s + m * all_c + c * all_m + work * c * all_c)
+                else:
+                    all_s, all_c, all_m = all_s + s, all_c + c, all_m + m
+                    own_s1, own_s2, own_s3 = own_s1 - s1, own_s2 - s2, own_s3 - s3
+                    own_C1, own_C2 = own_C1 - C1, own_C2 - C2
 
 
 @generic.edge_conductances.register(Surface)
