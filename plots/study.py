@@ -134,10 +134,11 @@ def history(scene, changes):
 
 
 def frames(scene, changes):
-    """Stored shapes of ``scene`` with ``changes``, in order: dicts of the time and the nodal arrays."""
+    """Stored shapes of ``scene`` with ``changes``, in order: dicts of the time, the elements and the stored arrays."""
     with h5py.File(finished(scene, changes).frames_file, "r") as file:
         groups = sorted((file[name] for name in file if name != "connectivity"), key=lambda g: g.attrs["time"])
-        return [{"time": g.attrs["time"], **{name: g[name][()] for name in g}} for g in groups]
+        elements = file["connectivity"][()]
+        return [{"time": g.attrs["time"], "elements": elements, **{name: g[name][()] for name in g}} for g in groups]
 
 
 def mesh_of(scene, changes):
