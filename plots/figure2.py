@@ -62,10 +62,9 @@ def draw_vesicle(ax, frame, elevation, norm):
 
 
 def density_range(curve):
-    """Smallest and largest density [c_r0] at the four times, and the relative error of each."""
-    times = [t for t in TIMES if t <= curve.rows["time"][-1]] or curve.rows["time"][-1:]
-    low, high = curve.at(times, "density_min"), curve.at(times, "density_max")
-    return (float(low.min()), curve.error("density_min")), (float(high.max()), curve.error("density_max"))
+    """Smallest and largest density [c_r0] at the four times, each with its error."""
+    low, high = float(curve.at(TIMES, "density_min").min()), float(curve.at(TIMES, "density_max").max())
+    return (low, low * curve.error("density_min")), (high, high * curve.error("density_max"))
 
 
 def draw(out=study.OUT):
@@ -73,7 +72,7 @@ def draw(out=study.OUT):
     every = study.frames(CASE, {})
     shown = [min(every, key=lambda frame: abs(frame["time"] - t)) for t in TIMES]
     (low, low_error), (high, high_error) = density_range(curve)
-    print(f"\ndensity at the four times: {low:.3f} (error {low_error:.1%}) to {high:.3f} (error {high_error:.1%}) c_r0")
+    print(f"\ndensity at the four times: {low:.3f} ± {low_error:.3f} to {high:.3f} ± {high_error:.3f} c_r0")
     norm = LogNorm(*DENSITIES)
 
     def fill(figure):

@@ -42,9 +42,9 @@ def front_shape(x, cutoff):
     return (end - start) / (high - low), *np.interp(np.multiply((ANGLE_AT, *ANGLES_AT), cutoff), z, angle)
 
 
-def measure(name, times=TIMES):
-    """Times (n,), and radius and angles (n, 4) as in `front_shape`, of a case at ACCURACY and of one finer run."""
-    wish = {"model": "axisymmetric", "output.frames": list(times)}
+def measure(name, times=TIMES, changes=None):
+    """Times (n,); radius and angles (n, 4) as in `front_shape`, at ACCURACY and of a finer run; meridians of the first."""
+    wish = {"model": "axisymmetric", "output.frames": list(times), **(changes or {})}
     accuracies = ACCURACY, ACCURACY * paper.FINER
     study.prepare([(name, {**wish, "accuracy": accuracy}) for accuracy in accuracies])
     cutoff = paper.wished(name, {}).adhesion.cutoff

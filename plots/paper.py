@@ -40,12 +40,18 @@ def both_runs(name, changes):
 
 
 class Curve:
-    """A case of configs/ with ``changes``, a dict of dotted keys, run at its accuracy wish and at a quarter of it."""
+    """A case of configs/ with ``changes``, a dict of dotted keys, run at its accuracy wish and at a quarter of it.
 
-    def __init__(self, name, changes):
-        self.name, self.changes = name, changes
+    One that is only to be compared with another in the wish's own accuracy takes its relative errors from that
+    curve, ``like``, and is run once.
+    """
+
+    def __init__(self, name, changes, like=None):
+        self.name, self.changes, self.like = name, changes, like
         self.case = wished(name, changes)
-        self.rows, self.finer = (study.history(*run) for run in both_runs(name, changes))
+        own, finer = both_runs(name, changes)
+        self.rows = study.history(*own)
+        self.finer = self.rows if like else study.history(*finer)
 
     def value(self, key):
         """What the case says of ``key``, a dotted key."""
@@ -56,6 +62,8 @@ class Curve:
 
     def error(self, column="binding_area"):
         """Estimated relative error of a column of the history."""
+        if self.like:
+            return self.like.error(column)
         use = self.rows["time"] >= min(START, self.rows["time"][-1])
         exact = study.value_at(self.finer, column, self.rows["time"][use])
         return float(np.max(np.abs(self.rows[column][use] / exact - 1.0)) / (1.0 - FINER))
@@ -71,7 +79,13 @@ class Curve:
 
     def time_of(self, part):
         """Time [a0^2/D] at which ``part`` of the final binding area is reached."""
-        return float(np.interp(part * self.final, self.rows["binding_area"], self.rows["time"]))
+        return time_of(self.rows, part)
+
+    def time_error(self, part):
+        """Estimated error of `time_of` [a0^2/D]."""
+        if self.like:
+            return self.like.time_error(part)
+        return abs(time_of(self.rows, part) - time_of(self.finer, part)) / (1.0 - FINER)
 
     def slope(self, times):
         """Local exponent d ln A / d ln t at ``times``, the slope from t/1.1 to 1.1 t of the finer run."""
@@ -83,11 +97,25 @@ class Curve:
         return f"{SYMBOLS[key]} = {self.value(key):g}  ($\\pm${100 * self.error():.1f} %)"
 
 
+def time_of(rows, part):
+    """Time [a0^2/D] at which ``part`` of the final binding area is reached first."""
+    area = np.maximum.accumulate(rows["binding_area"])
+    return float(np.interp(part * rows["binding_area"][-1], area, rows["time"]))
+
+
 def curves(names, changes=None):
     """The curves of the cases ``names``, all with the same ``changes`` or each with its own; what is missing is run."""
     changes = changes if isinstance(changes, list) else [changes or {}] * len(names)
     study.prepare([run for name, change in zip(names, changes) for run in both_runs(name, change)])
     return [Curve(name, change) for name, change in zip(names, changes)]
+
+
+def varied(some, changes):
+    """The curves of ``some`` with further ``changes``, to be compared with them."""
+    if not changes:
+        return some
+    study.prepare([(curve.name, {**curve.changes, **changes}) for curve in some])
+    return [Curve(curve.name, {**curve.changes, **changes}, like=curve) for curve in some]
 
 
 def common_times(some, n=200):

@@ -97,6 +97,8 @@ def note_file(what, changes, suffix):
 def prepare(wanted):
     """Run those of ``wanted``, pairs of a scene and its changes, that are not stored yet, side by side."""
     missing = {run_directory(*run): run for run in wanted if not is_finished(run_directory(*run))}
+    if min(JOBS, len(missing)) == 1:
+        missing = {}  # `finished` does it without another process
     for out in {directory.parent for directory in missing}:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # coarse on purpose
@@ -265,8 +267,8 @@ def plain(axis, ticks):
     axis.set_minor_locator(NullLocator())
 
 
-def out_directory():
+def out_directory(default=OUT):
     """The directory given by --out on the command line."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--out", type=Path, default=OUT, metavar="DIR", help="where the figure goes")
+    parser.add_argument("--out", type=Path, default=default, metavar="DIR", help="where the result goes")
     return parser.parse_args().out
