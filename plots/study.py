@@ -1,21 +1,26 @@
 """The runs behind the figures, computed once and kept in runs/study/, and the style they are drawn in.
 
-A run is named by a case of configs/ and what is changed in it, as `vesdyn run --set` takes it. Stored runs are
-used again whatever the version that computed them: remove runs/study/ to measure anew.
+A run is named by a case of configs/ and what is changed in it, as `vesdyn run --set` takes it; unchanged, it is the
+one that `vesdyn run` keeps. Stored runs are used again whatever the version that computed them: remove runs/study/
+to measure anew.
 """
 import argparse
 import csv
+import os
 import re
 import time
 import warnings
+import zlib
 from pathlib import Path
 
+import h5py
 import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 from scipy.interpolate import CubicSpline
 
+from vesdyn.batch import run_batch
 from vesdyn.case import load_case
 from vesdyn.planning import needs_planning, plan
 from vesdyn.run import run_case
@@ -25,9 +30,13 @@ from vesdyn.storage import RunDirectory
 
 ROOT = Path(__file__).resolve().parents[1]
 RUNS = ROOT / "runs" / "study"
+CONFIGS = ROOT / "configs"
 OUT = ROOT / "plots" / "out"
 REFERENCE = ROOT / "tests" / "data" / "spreading_reference.csv"
 REFERENCE_CASE = {"typical": "typical", "fig9-base": "fig9"}  # a case of configs/: its name in REFERENCE
+LONGEST_NAME = 90
+JOBS = 1  # runs side by side
+EVERY_RUN = {}  # changes made to each run: the tests make them brief
 TITLE = {"typical": "typical case", "fig9-base": "soft case of Fig. 9"}
 
 # Told apart by lightness as well; beside it, every curve has a marker or a line of its own
@@ -54,21 +63,29 @@ _STYLE = {
 
 
 def case_of(scene, changes):
-    """The case configs/``scene``.yaml with ``changes``, a dict of dotted keys; it stops at the listed times.
+    """The case configs/``scene``.yaml with ``changes``, a dict of dotted keys.
 
-    What it leaves to be chosen (`auto`) is planned. Returns the case and the decisions.
+    A scene that was computed independently stops at the listed times. What the case leaves to be chosen (`auto`)
+    is planned. Returns the case and the decisions.
     """
-    end = changes.get("time.end", load_case(ROOT / "configs" / f"{scene}.yaml").time.end)
-    stops = [t for t in listed(scene)[0].tolist() if t <= end]
-    overrides = {"output.frames": stops, **changes}
-    case = load_case(ROOT / "configs" / f"{scene}.yaml", [f"{key}={value}" for key, value in overrides.items()])
+    file = CONFIGS / f"{scene}.yaml"
+    if scene in REFERENCE_CASE:
+        end = changes.get("time.end", load_case(file).time.end)
+        stops = {"output.frames": [t for t in listed(scene)[0].tolist() if t <= end]}
+    else:
+        stops = {}
+    overrides = {**stops, **changes, **EVERY_RUN, "name": run_directory(scene, changes).name}
+    case = load_case(file, [f"{key}={value}" for key, value in overrides.items()])
     return plan(case)[:2] if needs_planning(case) else (case, ())
 
 
 def run_directory(scene, changes):
     """Where the run of ``scene`` with ``changes`` is kept."""
-    values = [f"{key.split('.')[-1]}={value}" for key, value in changes.items()]
-    return RUNS / re.sub(r"[^A-Za-z0-9.,=_-]+", "", ",".join([scene, *values]))
+    if not changes:
+        return RUNS.parent / scene
+    words = [f"{key.split('.')[-1]}={value}" for key, value in changes.items()]
+    name = re.sub(r"[^A-Za-z0-9.=_-]+", "", "_".join([scene, *words]))
+    return RUNS / (name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 9]}-{zlib.crc32(name.encode()):08x}")
 
 
 def note_file(what, changes, suffix):
@@ -77,17 +94,53 @@ def note_file(what, changes, suffix):
     return RUNS / f"{run_directory(what, changes).name}.{suffix}"
 
 
-def history(scene, changes):
-    """Columns of the history of ``scene`` with ``changes``, as arrays (n_steps,); run if need be."""
+def prepare(wanted):
+    """Run those of ``wanted``, pairs of a scene and its changes, that are not stored yet, side by side."""
+    missing = {run_directory(*run): run for run in wanted if not is_finished(run_directory(*run))}
+    if min(JOBS, len(missing)) == 1:
+        missing = {}  # `finished` does it without another process
+    for out in {directory.parent for directory in missing}:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # coarse on purpose
+            cases = [case_of(*run)[0] for directory, run in missing.items() if directory.parent == out]
+            outcomes = run_batch(cases, out, jobs=min(JOBS, len(cases)), show=False)
+        _check(outcomes)
+
+
+def finished(scene, changes):
+    """The directory of ``scene`` with ``changes``, run if need be."""
     directory = run_directory(scene, changes)
-    if RunDirectory(directory).status().get("state") != "finished":
+    if not is_finished(directory):
         case, decisions = case_of(scene, changes)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # coarse on purpose
             outcome = run_case(case, directory, progress=False, decisions=decisions)
+        _check([(case, outcome)])
+    return RunDirectory(directory)
+
+
+def is_finished(directory):
+    """True where ``directory`` holds a run that came to its end."""
+    return RunDirectory(directory).status().get("state") == "finished"
+
+
+def _check(outcomes):
+    for case, outcome in outcomes:
         if outcome.state != "finished":
-            raise SystemExit(f"{directory.name}: {outcome.state}, {outcome.reason}")
-    return RunDirectory(directory).history()
+            raise SystemExit(f"{case.name}: {outcome.state}, {outcome.reason}")
+
+
+def history(scene, changes):
+    """Columns of the history of ``scene`` with ``changes``, as arrays (n_steps,)."""
+    return finished(scene, changes).history()
+
+
+def frames(scene, changes):
+    """Stored shapes of ``scene`` with ``changes``, in order: dicts of the time, the elements and the stored arrays."""
+    with h5py.File(finished(scene, changes).frames_file, "r") as file:
+        groups = sorted((file[name] for name in file if name != "connectivity"), key=lambda g: g.attrs["time"])
+        elements = file["connectivity"][()]
+        return [{"time": g.attrs["time"], "elements": elements, **{name: g[name][()] for name in g}} for g in groups]
 
 
 def mesh_of(scene, changes):
@@ -134,11 +187,16 @@ def listed(scene):
 
 
 def area_at(rows, times):
-    """Binding area [a0^2] at ``times``, which are times of steps or lie densely between them.
+    """Binding area [a0^2] at ``times``, which are times of steps or lie densely between them."""
+    return value_at(rows, "binding_area", times)
 
-    Between the steps A is interpolated by a cubic spline in sqrt(t), in which it is smooth at the start.
+
+def value_at(rows, column, times):
+    """A column of a history at ``times``; once the run has ended, its last value.
+
+    Between the steps it is interpolated by a cubic spline in sqrt(t), in which it is smooth at the start.
     """
-    return CubicSpline(np.sqrt(rows["time"]), rows["binding_area"])(np.sqrt(times))
+    return CubicSpline(np.sqrt(rows["time"]), rows[column])(np.sqrt(np.minimum(times, rows["time"][-1])))
 
 
 def area_error(rows, finest, start=0.01, end=np.inf):
@@ -166,16 +224,24 @@ def table(title, header, rows):
         print("  " + "  ".join(text.rjust(width) for text, width in zip(line, widths)))
 
 
-def panels(draw, name, out, size):
-    """Let ``draw(a, b)`` fill two panels and store it as ``out``/``name``.png and .pdf."""
+def panels(draw, name, out, size, shape=(1, 2)):
+    """Let ``draw(a, b, ...)`` fill ``shape`` rows and columns of panels; store them as ``out``/``name``.png and .pdf."""
+    def filled(figure):
+        axes = figure.subplots(*shape, squeeze=False).ravel()
+        draw(*axes)
+        for letter, ax in zip("abcdefgh", axes):
+            ax.set_title(f"({letter})", fontweight="bold")
+
+    picture(filled, name, out, size)
+
+
+def picture(draw, name, out, size):
+    """Let ``draw(figure)`` fill a figure of ``size`` [inch] and store it as ``out``/``name``.png and .pdf."""
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     with matplotlib.style.context(["default", _STYLE]):
         figure = Figure(figsize=size, layout="constrained")
-        axes = figure.subplots(1, 2)
-        draw(*axes)
-        for letter, ax in zip("ab", axes):
-            ax.set_title(f"({letter})", fontweight="bold")
+        draw(figure)
         figure.savefig(out / f"{name}.png", dpi=300)
         figure.savefig(out / f"{name}.pdf", metadata={"CreationDate": None})
     print(f"\n{name}.png, {name}.pdf")
@@ -201,8 +267,8 @@ def plain(axis, ticks):
     axis.set_minor_locator(NullLocator())
 
 
-def out_directory():
+def out_directory(default=OUT):
     """The directory given by --out on the command line."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--out", type=Path, default=OUT, metavar="DIR", help="where the figure goes")
+    parser.add_argument("--out", type=Path, default=default, metavar="DIR", help="where the result goes")
     return parser.parse_args().out

@@ -1,0 +1,269 @@
+"""The paper's claims, one by one: what it says, what is computed here with its error, and a verdict.
+
+    holds               every part of the claim, by more than the errors
+    holds in part       some parts
+    not reproduced      none
+
+Verdicts follow from the numbers, whatever these are when the runs are computed anew. Each claim is also put to runs in
+which one thing that the paper leaves unstated is changed (UNSTATED); their errors are taken to be those of the
+unchanged runs. Printed, and written to docs/claims.md.
+"""
+from typing import NamedTuple
+
+import figure2
+import figure3
+import figure4
+import figure5
+import figure6
+import figure7
+import figure8
+import figure9
+import numpy as np
+import paper
+import study
+
+from vesdyn.case import load_case
+
+TABLE = study.ROOT / "docs" / "claims.md"
+UNSTATED = (  # changes of a case
+    {"drag": 0.05},
+    {"drag": 0.1},
+    {"receptors.mobility": 1.75},
+    {"receptors.mobility": 2.625},
+    {"membrane.thickness": 0.005},
+    {"membrane.thickness": 0.01},
+    {"membrane.thickness": 0.02},
+)
+SETTLED = 0.02  # of the final area: less than that to go counts as final
+INSIGNIFICANT = 0.05  # relative change of the final area that would be
+WEAK = 0.1
+STABILITY = ((0.302, 1.51, 0.416), (0.603, 2.416, 0.332), (1.81, 3.02, 0.312), (1.81, 2.416, None))  # K, T_max, unstable from r
+WATCHED = 0.004, 0.04  # after the displacement [a0^2/D]: one step, and ten
+GROWN = 3.0  # times between the two: what counts as unstable
+
+
+class Found(NamedTuple):
+    """What a claim comes to: the numbers in words, and its parts, name: whether it holds."""
+
+    numbers: str
+    parts: dict
+
+    @property
+    def verdict(self):
+        held = sum(self.parts.values())
+        return "holds" if held == len(self.parts) else "holds in part" if held else "not reproduced"
+
+
+def pm(value, error, digits=3):
+    return f"{value:.{digits}f} ± {error:.{digits}f}"
+
+
+def finals(some):
+    return ", ".join(pm(c.final, c.final * c.error()) for c in some)
+
+
+def ordered(some):
+    """Whether each curve stays above the one before it, by more than their errors, at all t >= 0.01."""
+    return all(paper.holds_from(low, high) <= paper.common_times([low, high])[0] for low, high in zip(some, some[1:]))
+
+
+def spread(some):
+    areas = [curve.final for curve in some]
+    return max(areas) / min(areas) - 1.0
+
+
+# The claims ----------------------------------------------------------------------------------------------
+
+
+def snapshots(curve):
+    (low, low_error), (high, high_error) = figure2.density_range(curve)
+    reached = float(curve.at(figure2.TIMES[-1])) / curve.final
+    return Found(
+        f"density {pm(low, low_error, 2)} to {pm(high, high_error, 2)}; A(0.560) is {reached:.1%} of the final area",
+        {"0.4": abs(low - 0.4) < 0.05 + low_error, "4.0": abs(high - 4.0) < 0.2 + high_error, "final at 0.560": reached > 1 - SETTLED},
+    )
+
+
+def typical(curve):
+    t = np.array([0.0, 0.008, 0.044, 0.128, 0.56])
+    area = np.append(0.0, curve.at(t[1:]))
+    rate = np.diff(area) / np.diff(t)
+    exponent = curve.slope(np.geomspace(0.01, 0.3, 50))
+    return Found(
+        f"A = {', '.join(f'{a:.3f}' for a in area[1:])} at the times of Fig. 2, {pm(curve.final, curve.final * curve.error())}"
+        f" at the end; exponent {exponent.max():.2f} at most; 99 % at t = {curve.time_of(0.99):.2f}",
+        {"ever slower": bool(np.all(np.diff(rate) < 0)), "sub-linear": exponent.max() < 1,
+         "constant": curve.time_of(1 - SETTLED) < 1.2, "below 0.8": curve.final < 0.8},
+    )  # fmt: skip
+
+
+def stiffer(*some):
+    return Found(f"final A = {finals(some)}", {"slower": ordered(some[::-1]), "smaller": some[0].final > some[-1].final})
+
+
+def stronger(*some):
+    gain = some[-1].final / some[-2].final - 1.0
+    return Found(
+        f"final A = {finals(some)}; from T = 1.51 to 2.416 {gain:+.0%}",
+        {"faster, larger": ordered(some), "saturates": gain < INSIGNIFICANT + some[-1].error() + some[-2].error()},
+    )
+
+
+def farther(*some):
+    slow, fast = some[0].at(0.044), some[-1].at(0.044)
+    return Found(
+        f"final A = {finals(some)}, {spread(some):.0%} apart; A(0.044) = {slow:.3f} to {fast:.3f}",
+        {"faster": ordered(some), "final hardly": spread(some) < WEAK},
+    )
+
+
+def more_ligands(*some):
+    times, errors = [c.time_of(0.95) for c in some], [c.time_error(0.95) for c in some]
+    later = [b - a > ea + eb for a, b, ea, eb in zip(times, times[1:], errors, errors[1:])]
+    exponents = [float(c.slope(figure7.EXPONENT_AT)) for c in some]
+    return Found(
+        f"95 % of the final area at t = {', '.join(pm(t, e) for t, e in zip(times, errors))};"
+        f" exponent at {figure7.EXPONENT_AT:g}: {', '.join(f'{e:.2f}' for e in exponents)}",
+        {"ends first to last": times[-1] - times[0] > errors[0] + errors[-1], "every neighbour": all(later),
+         "exponents in order": exponents == sorted(exponents)},
+    )  # fmt: skip
+
+
+def front_shape(changes):
+    t, coarse, fine, _ = figure8.measure(figure8.CASES[0], changes=changes)
+    error = abs(fine - coarse)
+    first, last = int(np.argmin(abs(t - 0.008))), len(t) - 1
+    return Found(
+        f"radius of curvature {pm(coarse[first, 0], error[first, 0])} at t = 0.008, {pm(coarse[last, 0], error[last, 0])} at the end;"
+        f" angle {np.degrees(coarse[first, 1]):.1f}° to {np.degrees(coarse[last, 1]):.1f}°",
+        {"radius falls": figure8.monotone(t, coarse[:, 0], error[:, 0].max(), -1),
+         "angle rises": figure8.monotone(t, coarse[:, 1], error[:, 1].max(), +1)},
+    )  # fmt: skip
+
+
+def front_radius(curve):
+    r, error = float(curve.at(0.14, "contact_radius")), curve.error("contact_radius")
+    return Found(f"r(0.140) = {pm(r, r * error)}", {"0.416": abs(r - 0.416) < 0.003 + r * error})
+
+
+def modulated_front():
+    coarse, symmetric = (figure9.measure(name)[0] for name in ("fig9-coarse", "fig9-rings"))
+    first, later = figure9.TIMES[:2]
+
+    def off(fronts, t):
+        moved, still = fronts["contact"][t]
+        return figure9.spread(moved - still, still)
+
+    rim = [figure9.spread(radius) for radius in coarse[figure9.NODES][first]]
+    return Found(
+        f"rim of touching nodes on the coarse mesh {rim[0]:.1%} displaced, {rim[1]:.1%} not displaced; what the displacement"
+        f" leaves: {off(coarse, first):.2%} after a step, {off(coarse, later):.2%} at t = 0.240; symmetric mesh"
+        f" {off(symmetric, first):.2%}, {off(symmetric, later):.2%}",
+        {"seen": rim[0] > 0.01, "due to the displacement": rim[0] > 2 * rim[1],
+         "grows": off(symmetric, later) > off(symmetric, first)},
+    )  # fmt: skip
+
+
+def growth(shear_modulus, traction, radius):
+    """What is left of a displacement at the front radius [a0] after one step, of r, and its growth until ten."""
+    material = {"membrane.shear_modulus": shear_modulus, "adhesion.traction": traction}
+    rows = study.history("typical-auto", material)
+    at = float(f"{np.interp(radius, rows['contact_radius'], rows['time']):.4g}")
+    times = [round(at + wait, 6) for wait in WATCHED]
+    changes = {**material, "perturbation.at": at, "time.end": times[-1], "output.frames": times}
+    fronts = figure9.measure("fig9-rings", times, changes)[0]["above"]
+    first, last = (figure9.spread(moved - still, still) for moved, still in fronts.values())
+    return first, last / first
+
+
+def stability():
+    found = [growth(K, T, r or STABILITY[-2][2]) for K, T, r in STABILITY]
+    unstable = [factor > GROWN for _, factor in found]
+    return Found(
+        "; ".join(f"K = {K:g}, T = {T:g}: {left:.3%} after a step, times {factor:.2g} in nine more" for (K, T, _), (left, factor) in zip(STABILITY, found)),
+        {f"K = {K:g}, T = {T:g} {'un' if r else ''}stable": is_so == bool(r) for (K, T, r), is_so in zip(STABILITY, unstable)},
+    )  # fmt: skip
+
+
+class Claim(NamedTuple):
+    """A claim: the paper's words, ``find(*curves)`` that judges it, its curves, and what else it is judged in."""
+
+    name: str
+    says: str
+    find: object
+    curves: object = None  # a function that makes them
+
+
+CLAIMS = (
+    Claim("F2", "snapshots at 0.008, 0.044, 0.128 and 0.560 (final); density 0.4 to 4.0", snapshots, lambda: paper.curves([figure2.CASE])),
+    Claim("F3", "fast, then sub-linear, then constant; A below 0.8", typical, lambda: paper.curves([figure3.CASE])),
+    Claim("F4", "stiffer: slower and smaller", stiffer, lambda: paper.curves(figure4.CASES)),
+    Claim("F5", "stronger: faster and larger; beyond T_max = 1.51 insignificant", stronger, lambda: paper.curves(figure5.CASES)),
+    Claim("F6", "longer range: slightly faster; final area only weakly dependent", farther, lambda: paper.curves(figure6.CASES)),
+    Claim("F6, one T_max d_c", "the same, read as one adhesion energy", farther, figure6.at_one_product),
+    Claim("F7, mobility held", "more ligands: closer to linear A(t)", more_ligands, lambda: figure7.held("mobility")),
+    Claim("F7, drift number held", "the same", more_ligands, lambda: figure7.held("drift_number")),
+    Claim("F9, base", "r = 0.416 at t = 0.140", front_radius, lambda: paper.curves(["fig9-base"], figure9.BASE)),
+)
+OF_ONE_KIND = (
+    Claim("F8", "front's radius of curvature falls, spreading angle rises", lambda: front_shape({})),
+    Claim("F9, front", "a random displacement of 2 % leaves modulations that multiply and stay", modulated_front),
+    Claim("S", "unstable: (K, T_max) = (0.302, 1.51), (0.603, 2.416), (1.81, 3.02); stable: (1.81, 2.416)", stability),
+)
+
+
+def said(changes):
+    return ", ".join(f"{paper.SYMBOLS[key]} = {value:g}" for key, value in changes.items())
+
+
+def sensitivity(claim, base, some):
+    """What the verdict and the final areas become with each of UNSTATED, in words."""
+    words, moved = [], {}
+    for changes in UNSTATED:
+        others = paper.varied(some, {k: v for k, v in changes.items() if not (k == "receptors.mobility" and "receptors" in some[0].changes)})
+        found = claim.find(*others)
+        lost = [part for part in base.parts if base.parts[part] and not found.parts[part]]
+        won = [part for part in base.parts if found.parts[part] and not base.parts[part]]
+        if lost or won:
+            words.append(f"{said(changes)}: " + "; ".join([f"not “{part}”" for part in lost] + [f"“{part}” too" for part in won]))
+        key, value = next(iter(changes.items()))
+        shift = np.mean([other.final / curve.final - 1.0 for other, curve in zip(others, some)])
+        moved.setdefault(key, []).append(f"{shift:+.1%} at {value:g}")
+    areas = "; ".join(f"{paper.SYMBOLS[key]} {', '.join(parts)}" for key, parts in moved.items())
+    return ("; ".join(words) or "verdict the same") + f". Final areas: {areas}"
+
+
+def table():
+    """Rows of name, what the paper says, what is computed, verdict with the parts that fail, sensitivity."""
+    rows = []
+    for claim in CLAIMS + OF_ONE_KIND:
+        some = claim.curves() if claim.curves else []
+        found = claim.find(*some)
+        failed = [part for part, is_so in found.parts.items() if not is_so]
+        verdict = found.verdict + (f" (not “{'”, “'.join(failed)}”)" if found.verdict == "holds in part" else "")
+        rows.append((claim.name, claim.says, found.numbers, verdict, sensitivity(claim, found, some) if some else "-"))
+        print(*rows[-1], sep="\n    ", flush=True)
+    return rows
+
+
+def draw(out=TABLE.parent):
+    case = load_case(study.CONFIGS / "typical-auto.yaml")
+    lines = [
+        "# The paper's claims",
+        "",
+        f"Computed by `python plots/claims.py` with drag {case.drag:g}, mobility {case.receptors.mobility:g},"
+        f" thickness {case.membrane.thickness:g} and an accuracy wish of {case.accuracy:.0%}; errors are those of mesh,"
+        " step and tolerance (`plots/paper.py`). Units: length a0, time a0²/D, energy kT, density c_r0.",
+        "",
+        "| claim | the paper says | computed | verdict | where the paper is silent |",
+        "|---|---|---|---|---|",
+        *("| " + " | ".join(cell.replace("|", "/") for cell in row) + " |" for row in table()),
+        "",
+    ]
+    out.mkdir(parents=True, exist_ok=True)
+    (out / TABLE.name).write_text("\n".join(lines))
+    print(f"\n{TABLE.name}")
+
+
+if __name__ == "__main__":
+    draw(study.out_directory(TABLE.parent))
