@@ -114,11 +114,13 @@ def mean_radius(x, edges, level):
 
 
 def static_case(model, front_edge, traction, prestretch=1.0, cutoff=0.1, shear_modulus=1.0, **more):
-    """Frozen density and no drag; parameters in the units of the tables, ``more`` see below."""
+    """Frozen density, no drag, a pure membrane; parameters in the units of the tables, ``more`` see below."""
     mesh = {"front_edge": front_edge, "far_edge": more.get("far_edge", 2.0 * front_edge)}
     return Case.model_validate({
         "name": "static", "model": model, "drag": more.get("drag", 0.0), "receptors": {"frozen": True},
-        "membrane": {"shear_modulus": shear_modulus, "prestretch": prestretch},
+        "membrane": {
+            "shear_modulus": shear_modulus, "prestretch": prestretch, "thickness": more.get("thickness", 0.0)
+        },
         "adhesion": {"traction": traction * prestretch, "cutoff": cutoff / prestretch},
         "mesh": mesh | {"layout": more.get("layout", "rings")},
         "time": {"end": 2.0, "step": 1.0, "order": 1},

@@ -37,7 +37,7 @@ def complaint(load):
 
 def test_defaults_are_the_typical_case(load):
     case = load("name: typical")
-    assert (case.membrane.shear_modulus, case.membrane.thickness, case.membrane.prestretch) == (1.81, 0, 1)
+    assert (case.membrane.shear_modulus, case.membrane.thickness, case.membrane.prestretch) == (1.81, 0.01, 1)
     assert (case.adhesion.traction, case.adhesion.cutoff, case.adhesion.ligand_ratio) == (2.416, 0.1, 8)
     assert (case.receptors.mobility, case.receptors.drift_number, case.receptors.frozen) == (2.1875, 17.5, False)
     assert (case.drag, case.mesh.front_edge, case.mesh.far_edge) == (0.07, 0.015, 0.05)

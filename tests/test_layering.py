@@ -9,7 +9,7 @@ LADDER = [
     {"_jit"},
     {"neo_hookean", "koiter", "curvature", "adhesion", "contact", "receptors", "body", "meshing", "front", "case"},
     {"surface", "meridian", "relaxation"},
-    {"spreading"},
+    {"spreading", "modes"},
     {"stepping"},
     {"planning"},
     {"storage"},

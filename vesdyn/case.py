@@ -34,7 +34,9 @@ class _Section(BaseModel):
 
 class Membrane(_Section):
     shear_modulus: float = Field(1.81, gt=0, description="in-plane shear modulus K = G h [kT/a0^2]")
-    thickness: float = Field(0.0, ge=0, description="shell thickness h [a0]; 0: a membrane without bending")
+    thickness: float = Field(
+        0.01, ge=0, le=0.5, description="shell thickness h [a0], bending stiffness K h^2/3; 0: a pure membrane"
+    )
     prestretch: float = Field(1.0, ge=1, description="stretch of the initial sphere against its stress-free state")
 
 
@@ -199,6 +201,11 @@ class Case(_Section):
         """Return a sentence for each thing that can be computed but is doubtful."""
         membrane, adhesion, mesh = self.membrane, self.adhesion, self.mesh
         doubts = []
+        if membrane.thickness > 0.1:
+            doubts.append(
+                f"membrane.thickness: {membrane.thickness:g} is above 0.1, a fifth of the radius, where a thin shell is"
+                " a rough model."
+            )
         if mesh.front_edge != "auto" and adhesion.cutoff < 3 * mesh.front_edge:
             doubts.append(
                 f"adhesion.cutoff: {adhesion.cutoff:g} is shorter than three front edges ({3 * mesh.front_edge:g}),"

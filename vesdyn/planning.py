@@ -3,21 +3,29 @@
 Model no more than a scene needs: a scene that keeps its axis is run as a meridian; mesh, step and tolerance
 follow from one wish, the relative error of the binding area after the first hundredth of a0^2/D. The wish is
 shared out (SHARES). A coarse meridian, the scout, is run first (about 50 nodes, a fraction of a second):
-it tells the radius the mesh has to resolve and whether the free membrane comes into compression.
+it tells the radius the mesh has to resolve and whether the free membrane comes into compression. A second scout
+without bending tells what bending does; `model: auto` leaves it out only where that is little and nothing wrinkles.
 
 Error models, measured on the paper's cases against finest solutions (README, "Accuracy"): the mesh costs
-MESH_ERROR (edge / front radius at t = 0.01)^(3/2), the tolerance TOLERANCE_ERROR times itself.
+MESH_ERROR, constant (edge / front radius at t = 0.01)^exponent, the tolerance TOLERANCE_ERROR times itself.
 """
 from typing import NamedTuple
 
 import numpy as np
 
+from vesdyn.koiter import bending_stiffness
 from vesdyn.relaxation import RelaxationError
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import is_steady, step
 
 SHARES = {"mesh": 0.4, "step": 0.5}  # the rest is the tolerance's, `vesdyn.case.TOLERANCE_PER_ACCURACY`
-MESH_ERROR = {"axisymmetric": 1.1, "scalloped": 0.4, "rings": 1.0, "spiral": 1.0}
+MESH_ERROR = {  # constant and exponent, without bending and with it
+    "axisymmetric": ((1.1, 1.5), (9.0, 2.0)),
+    "scalloped": ((0.4, 1.5), (1.0, 1.5)),
+    "rings": ((1.0, 1.5), (1.6, 1.5)),
+    "spiral": ((1.0, 1.5), (1.6, 1.5)),
+}
+BENDING_SHARE = 0.5  # of the wish: an effect of bending above it is computed
 TOLERANCE_ERROR = 2.5
 FIXED_STEP_ERROR = {1: 25.0, 2: 9.0}  # of a fixed step, per step: relative error once t > 10 steps
 COMPRESSION = 0.01  # of K: free membrane below minus this tension would wrinkle
@@ -34,6 +42,7 @@ class Scout(NamedTuple):
     tension: float  # smallest principal tension of the free membrane [kT/a0^2], where and when:
     tension_time: float
     tension_height: float
+    curve: np.ndarray  # (n_steps, 2) time [a0^2/D] and binding area [a0^2]
 
 
 class Plan(NamedTuple):
@@ -60,31 +69,66 @@ def scout(case):
         }
     )
     sim = Spreading(coarse)
-    early, lowest = None, (np.inf, 0.0, 0.0)
+    early, lowest, curve = None, (np.inf, 0.0, 0.0), []
     try:
         while sim.time < coarse.time.end and not is_steady(sim):
             step(sim, coarse.time.end)
             row = sim.history_row()
+            curve.append((sim.time, row["binding_area"]))
             if early is None and sim.time >= 0.01:
                 early = row["contact_radius"]
             lowest = min(lowest, (row["free_tension_min"], sim.time, row["free_tension_min_height"]))
     except RelaxationError:
         return None
     return Scout(
-        early or row["contact_radius"], row["binding_area"], sim.time, is_steady(sim), *lowest
+        early or row["contact_radius"], row["binding_area"], sim.time, is_steady(sim), *lowest, np.array(curve)
     )
 
 
 def plan(case):
     """Choose what ``case`` leaves open (step and tolerance follow the accuracy as they go); return a `Plan`."""
-    seen = scout(case)
+    seen, bending = scout(case), []
+    case, seen = _choose_bending(case, seen, bending)
     decisions = []
     model = _choose_body(case, decisions)
+    decisions += bending
     mesh = _choose_mesh(case, model, seen, decisions)
     _tell_tolerance(case, decisions)
     _tell_step(case, seen, decisions)
     _tell_omissions(case, model, seen, decisions)
     return Plan(case.model_copy(update={"model": model, "mesh": mesh}), tuple(decisions))
+
+
+def _choose_bending(case, seen, decisions):
+    """Return the case, without bending where it may be left out, and what its scout saw."""
+    thickness = case.membrane.thickness
+    if thickness == 0.0:
+        decisions.append("left out: bending (membrane.thickness is 0).")
+        return case, seen
+    bare = case.model_copy(update={"membrane": case.membrane.model_copy(update={"thickness": 0.0})})
+    seen_bare = scout(bare)
+    if seen is None or seen_bare is None:
+        decisions.append(f"bending: thickness {thickness:g}.")
+        return case, seen
+    effect = _largest_difference(seen_bare.curve, seen.curve)
+    slack = seen_bare.tension < -COMPRESSION * case.membrane.shear_modulus
+    if case.model == "auto" and effect < BENDING_SHARE * case.accuracy and not slack:
+        decisions.append(
+            f"left out: bending; a thickness of {thickness:g} changes the binding area by {effect:.2%} at most"
+            " and nothing is in compression."
+        )
+        return bare, seen_bare
+    decisions.append(
+        f"bending: thickness {thickness:g}; without it the binding area would differ by up to {effect:.1%}"
+        + (" and the compressed membrane would wrinkle at the scale of the mesh." if slack else ".")
+    )
+    return case, seen
+
+
+def _largest_difference(curve, other):
+    """Largest relative difference of two curves (n, 2) of time and binding area after t = 0.01 (or its end)."""
+    t = other[other[:, 0] >= min(0.01, other[-1, 0]), 0]
+    return np.max(np.abs(np.interp(t, *curve.T) / np.interp(t, *other.T) - 1.0))
 
 
 def _choose_body(case, decisions):
@@ -102,16 +146,17 @@ def _choose_body(case, decisions):
 
 def _choose_mesh(case, model, seen, decisions):
     front, far = case.mesh.front_edge, case.mesh.far_edge
-    constant = MESH_ERROR[model if model == "axisymmetric" else case.mesh.layout]
+    layout = model if model == "axisymmetric" else case.mesh.layout
+    constant, exponent = MESH_ERROR[layout][case.membrane.thickness > 0.0]
     radius = seen.early_radius if seen and seen.early_radius > 0.05 else 0.15
     if front == "auto":
-        wanted = radius * (SHARES["mesh"] * case.accuracy / constant) ** (2.0 / 3.0)
+        wanted = radius * (SHARES["mesh"] * case.accuracy / constant) ** (1.0 / exponent)
         front = float(f"{min(wanted, _LONGEST_EDGE[model], case.adhesion.cutoff / 4.0):.2g}")
         if far != "auto":
             front = min(front, far)
     if far == "auto":
         far = max(front, min(0.05, 6.0 * front) if model == "axisymmetric" else max(0.05, 3.0 * front))
-    error = constant * (front / radius) ** 1.5
+    error = constant * (front / radius) ** exponent
     decisions.append(
         f"mesh: front_edge {front:g}, far_edge {far:g}; estimated error {error:.1%} of the binding area"
         f" at t = 0.01, where the front is at r = {radius:.2f}, less later."
@@ -144,38 +189,42 @@ def _tell_step(case, seen, decisions):
 
 
 def _tell_omissions(case, model, seen, decisions):
-    decisions.append("left out: bending (membrane.thickness is 0).")
     if model == "axisymmetric":
         decisions.append("left out: everything that depends on the azimuth; exact while the shape keeps its axis.")
     if seen is None:
         decisions.append("the scout found no balance, so radius and compression are not known beforehand.")
         return
-    in_K = seen.tension / case.membrane.shear_modulus
-    where = f"{in_K:.3f} K at t = {seen.tension_time:.3f}, z = {seen.tension_height:.2f}"
-    if in_K < -COMPRESSION:
-        decisions.append(
-            f"compression: the free membrane reaches {where}; it would wrinkle there, which "
-            + (
-                "a meridian cannot show: compare with `model: surface` (in the paper's cases 1 to 2 % of the area)."
-                if model == "axisymmetric"
-                else "without bending happens at the scale of the mesh."
-            )
-        )
+    where = f"{seen.tension / case.membrane.shear_modulus:.3f} K at t = {seen.tension_time:.3f}, z = {seen.tension_height:.2f}"
+    if seen.tension < -COMPRESSION * case.membrane.shear_modulus:
+        decisions.append(f"compression: the free membrane reaches {where}; {wrinkling(case, seen.tension)}.")
+        if model == "axisymmetric":
+            decisions.append("left out: these wrinkles; compare with `model: surface` where the shape early on matters.")
     else:
         decisions.append(f"compression: none that matters (smallest tension {where}).")
+
+
+def wrinkling(case, tension):
+    """Clause on the wrinkles of a free membrane under ``tension`` < 0 [kT/a0^2] (`vesdyn.modes`)."""
+    B = bending_stiffness(case.membrane.shear_modulus, case.membrane.thickness)
+    if B == 0.0:
+        return "without bending it would wrinkle at the scale of the mesh"
+    wavelength = 2.0 * np.pi * np.sqrt(2.0 * B / -tension)
+    return (
+        f"it would wrinkle with a wavelength of about {wavelength:.2g} a0, a disturbance growing e-fold in"
+        f" {4.0 * B * case.drag / tension**2:.2g} a0^2/D at the fastest"
+    )
 
 
 def compression_note(case, history):
     """Sentence on the compression an axisymmetric run met, or None; ``history`` maps columns to arrays."""
     if case.model != "axisymmetric" or not len(history.get("time", ())):
         return None
-    tension = np.asarray(history["free_tension_min"])
-    i = int(np.argmin(tension))
-    in_K = tension[i] / case.membrane.shear_modulus
-    if in_K >= -COMPRESSION:
+    i = int(np.argmin(history["free_tension_min"]))
+    tension = float(history["free_tension_min"][i])
+    if tension >= -COMPRESSION * case.membrane.shear_modulus:
         return None
     return (
-        f"the free membrane was in compression, {in_K:.3f} K at t = {history['time'][i]:.3g},"
-        f" z = {history['free_tension_min_height'][i]:.2g}: a meridian cannot wrinkle; compare with"
-        " `--set model=surface`"
+        f"the free membrane was in compression, {tension / case.membrane.shear_modulus:.3f} K at t ="
+        f" {history['time'][i]:.3g}, z = {history['free_tension_min_height'][i]:.2g}: {wrinkling(case, tension)},"
+        " which a meridian cannot show; compare with `--set model=surface`"
     )
