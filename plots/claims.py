@@ -30,8 +30,8 @@ UNSTATED = (  # changes of a case
     {"drag": 0.1},
     {"receptors.mobility": 1.75},
     {"receptors.mobility": 2.625},
+    {"membrane.thickness": 0.0},
     {"membrane.thickness": 0.005},
-    {"membrane.thickness": 0.01},
     {"membrane.thickness": 0.02},
 )
 PLAIN = {"drag": "η", "receptors.mobility": "M̂", "membrane.thickness": "h"}

@@ -166,8 +166,8 @@ def main(out=study.OUT, edges=EDGES, curves=CURVES, thicknesses=THICKNESSES, in_
         study.legend_below(wavelength)
         study.legend_below(amplitude, title=f"$h$ = {in_space['thickness']:g}")
 
-    study.panels(draw, "wrinkling", out, size=(7.2, 3.3), columns=3)
+    study.panels(draw, "wrinkling", out, size=(7.2, 3.3), shape=(1, 3))
 
 
 if __name__ == "__main__":
-    main(study.out_directory())
+    main(study.command_line())
