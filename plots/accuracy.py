@@ -90,4 +90,4 @@ def main(out=study.OUT, scenes=("typical", "fig9-base"), families=FAMILIES, fine
 
 
 if __name__ == "__main__":
-    main(study.out_directory())
+    main(study.command_line())

@@ -61,4 +61,4 @@ def main(out=study.OUT, end=END, wishes=WISHES):
 
 
 if __name__ == "__main__":
-    main(study.out_directory())
+    main(study.command_line())

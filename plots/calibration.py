@@ -14,7 +14,7 @@ from study import DARK, RED
 
 KEYS = "drag", "receptors.mobility"
 START = 0.07, 2.1875
-SOFT = {"mesh": "auto", "time.step": "auto", "model": "axisymmetric", "output.frames": [0.14, 0.696]}  # of fig9-base
+SOFT = {**paper.ON_MERIDIAN, "output.frames": [0.14, 0.696]}  # changes of fig9-base
 READ = ("r(0.140), Fig. 9a", 0.416, 0.003), ("largest density, Fig. 2", 4.0, 0.2)  # printed, and how well it is read
 LOWEST = 0.4, 0.05  # density, Fig. 2
 FIRST, FINAL, FINAL_SOFT = 0.140, 0.560, 0.696  # times of Figs. 9a, 2d, 9d
@@ -99,7 +99,7 @@ def draw(out=study.OUT):
             values = [printed(np.array(START) * np.where(np.arange(2) == k, f, 1.0), ACCURACY)[number] for f in factors]
             what, wanted, spread = READ[number]
             ax.axhspan(wanted - spread, wanted + spread, color="0.88", linewidth=0, label="as read from the paper")
-            ax.plot(START[k] * factors, values, "o-", color=DARK, label=f"computed, {('M^', 'eta')[k]} = {START[1 - k]:g}")
+            ax.plot(START[k] * factors, values, "o-", color=DARK, label=f"computed, {paper.SYMBOLS[KEYS[1 - k]]} = {START[1 - k]:g}")
             ax.errorbar(unknowns[k], wanted, xerr=unknowns[k] * total[k], fmt="s", color=RED, capsize=3, label="calibrated, both together")
             ax.set_ylabel(("front $r(0.140)$ of Fig. 9a [$a_0$]", "largest density of Fig. 2 [$c_{r0}$]")[number])
             ax.legend()
@@ -110,4 +110,4 @@ def draw(out=study.OUT):
 
 
 if __name__ == "__main__":
-    draw(study.out_directory())
+    draw(study.command_line())

@@ -30,10 +30,11 @@ UNSTATED = (  # changes of a case
     {"drag": 0.1},
     {"receptors.mobility": 1.75},
     {"receptors.mobility": 2.625},
+    {"membrane.thickness": 0.0},
     {"membrane.thickness": 0.005},
-    {"membrane.thickness": 0.01},
     {"membrane.thickness": 0.02},
 )
+PLAIN = {"drag": "η", "receptors.mobility": "M̂", "membrane.thickness": "h"}
 SETTLED = 0.02  # of the final area: less than that to go counts as final
 INSIGNIFICANT = 0.05  # relative change of the final area that would be
 WEAK = 0.1
@@ -136,8 +137,8 @@ def front_shape(changes):
     return Found(
         f"radius of curvature {pm(coarse[first, 0], error[first, 0])} at t = 0.008, {pm(coarse[last, 0], error[last, 0])} at the end;"
         f" angle {np.degrees(coarse[first, 1]):.1f}° to {np.degrees(coarse[last, 1]):.1f}°",
-        {"radius falls": figure8.monotone(t, coarse[:, 0], error[:, 0].max(), -1),
-         "angle rises": figure8.monotone(t, coarse[:, 1], error[:, 1].max(), +1)},
+        {"radius falls": figure8.goes_one_way(t, coarse[:, 0], error[:, 0].max(), -1),
+         "angle rises": figure8.goes_one_way(t, coarse[:, 1], error[:, 1].max(), +1)},
     )  # fmt: skip
 
 
@@ -203,7 +204,7 @@ CLAIMS = (
     Claim("F6, one T_max d_c", "the same, read as one adhesion energy", farther, figure6.at_one_product),
     Claim("F7, mobility held", "more ligands: closer to linear A(t)", more_ligands, lambda: figure7.held("mobility")),
     Claim("F7, drift number held", "the same", more_ligands, lambda: figure7.held("drift_number")),
-    Claim("F9, base", "r = 0.416 at t = 0.140", front_radius, lambda: paper.curves(["fig9-base"], figure9.BASE)),
+    Claim("F9, base", "r = 0.416 at t = 0.140", front_radius, lambda: paper.curves(["fig9-base"], paper.ON_MERIDIAN)),
 )
 OF_ONE_KIND = (
     Claim("F8", "front's radius of curvature falls, spreading angle rises", lambda: front_shape({})),
@@ -213,7 +214,7 @@ OF_ONE_KIND = (
 
 
 def said(changes):
-    return ", ".join(f"{paper.SYMBOLS[key]} = {value:g}" for key, value in changes.items())
+    return ", ".join(f"{PLAIN[key]} = {value:g}" for key, value in changes.items())
 
 
 def sensitivity(claim, base, some):
@@ -229,7 +230,7 @@ def sensitivity(claim, base, some):
         key, value = next(iter(changes.items()))
         shift = np.mean([other.final / curve.final - 1.0 for other, curve in zip(others, some)])
         moved.setdefault(key, []).append(f"{shift:+.1%} at {value:g}")
-    areas = "; ".join(f"{paper.SYMBOLS[key]} {', '.join(parts)}" for key, parts in moved.items())
+    areas = "; ".join(f"{PLAIN[key]} {', '.join(parts)}" for key, parts in moved.items())
     return ("; ".join(words) or "verdict the same") + f". Final areas: {areas}"
 
 
@@ -266,4 +267,4 @@ def draw(out=TABLE.parent):
 
 
 if __name__ == "__main__":
-    draw(study.out_directory(TABLE.parent))
+    draw(study.command_line(TABLE.parent))

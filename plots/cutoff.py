@@ -97,4 +97,4 @@ def draw(out=study.OUT):
 
 
 if __name__ == "__main__":
-    draw(study.out_directory())
+    draw(study.command_line())

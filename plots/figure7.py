@@ -50,10 +50,10 @@ def draw(out=study.OUT):
             upper.set_ylim(0.0, 0.8)
             upper.text(0.03, 0.97, text, transform=upper.transAxes, va="top")
             paper.draw_slopes(lower, every[what], KEY)
-            lower.legend(loc="lower left")
+            lower.legend(loc="upper left", bbox_to_anchor=(0.0, 0.85), ncols=2)
 
     study.panels(fill, "figure7", out, size=(7.2, 5.4), shape=(2, 2))
 
 
 if __name__ == "__main__":
-    draw(study.out_directory())
+    draw(study.command_line())

@@ -56,11 +56,10 @@ def measure(name, times=TIMES, changes=None):
     return t[same], shapes[0][:n][same], shapes[1][:n][same], [f["position"] for f in frames[0][:n]]
 
 
-def monotone(t, values, errors, sign):
-    """True where ``values`` go one way (``sign`` +1 up, -1 down) from t = 0.01, but for their ``errors``."""
-    late = t >= paper.START
-    best = np.maximum.accumulate(sign * values[late])
-    return bool(np.all(sign * values[late] >= best - errors[late]) and sign * (values[late][-1] - values[late][0]) > 0)
+def goes_one_way(t, values, error, sign):
+    """True where ``values`` only rise (``sign`` +1) or only fall (-1) from t = 0.01, but for their ``error``."""
+    late = sign * values[t >= paper.START]
+    return bool(np.all(late >= np.maximum.accumulate(late) - error) and late[-1] - late[0] > error)
 
 
 def draw(out=study.OUT):
@@ -105,4 +104,4 @@ def draw(out=study.OUT):
 
 
 if __name__ == "__main__":
-    draw(study.out_directory())
+    draw(study.command_line())

@@ -23,7 +23,6 @@ FOOTPRINT = 0.24  # drawn to scale
 LEVELS = {"contact": BINDING_GAP, "above": 0.3}  # gap / d_c
 NODES = "touching nodes"
 ANGLES = np.linspace(-180.0, 180.0, 360, endpoint=False)
-BASE = {"model": "axisymmetric", "mesh": "auto", "time.step": "auto"}  # changes of fig9-base: the front undisturbed
 
 
 def front(frame, level):
@@ -80,7 +79,7 @@ def modulations(name, fronts):
 
 def base_radius():
     """r(0.140) [a0] of the undisturbed front on a meridian, and its relative error."""
-    [curve] = paper.curves(["fig9-base"], BASE)
+    [curve] = paper.curves(["fig9-base"], paper.ON_MERIDIAN)
     return float(curve.at(0.14, "contact_radius")), curve.error("contact_radius")
 
 
@@ -131,4 +130,4 @@ def draw(out=study.OUT):
 
 
 if __name__ == "__main__":
-    draw(study.out_directory())
+    draw(study.command_line())

@@ -13,6 +13,7 @@ from vesdyn.case import load_case
 FINER = 0.25  # wish of the second run / wish of the first
 START = 0.01  # errors are those after this time [a0^2/D]
 LOOKS = ((DARK, "-"), (RED, "--"), (GREEN, "-."), (LIGHT, (0, (4, 1, 1, 1, 1, 1))), ("0.5", ":"))  # from dark to light
+ON_MERIDIAN = {"model": "axisymmetric", "mesh.front_edge": "auto", "mesh.far_edge": "auto", "time.step": "auto"}
 TIME = "time $t$ [$a_0^2/D$]"
 AREA = "binding area $A$ [$a_0^2$]"
 RADIUS = "contact radius $r$ [$a_0$]"

@@ -71,4 +71,4 @@ def main(out=study.OUT, vertices=VERTICES, iterations=ITERATIONS, repeats=REPEAT
 
 
 if __name__ == "__main__":
-    main(study.out_directory())
+    main(study.command_line())

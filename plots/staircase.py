@@ -103,4 +103,4 @@ def main(out=study.OUT, edges=EDGES, end=END):
 
 
 if __name__ == "__main__":
-    main(study.out_directory())
+    main(study.command_line())

@@ -35,7 +35,7 @@ OUT = ROOT / "plots" / "out"
 REFERENCE = ROOT / "tests" / "data" / "spreading_reference.csv"
 REFERENCE_CASE = {"typical": "typical", "fig9-base": "fig9"}  # a case of configs/: its name in REFERENCE
 LONGEST_NAME = 90
-JOBS = 1  # runs side by side
+JOBS = len(os.sched_getaffinity(0))  # runs side by side
 EVERY_RUN = {}  # changes made to each run: the tests make them brief
 TITLE = {"typical": "typical case", "fig9-base": "soft case of Fig. 9"}
 
@@ -163,7 +163,8 @@ def seconds(scene, changes):
 
 def compile_kernels(model):
     """Take a few steps of a coarse body, so that a measurement after it holds no compilation."""
-    changes = {"model": model, "mesh.front_edge": 0.05, "mesh.far_edge": 0.1, "time.end": 0.008, "time.step": 0.001}
+    changes = {"model": model, "mesh.front_edge": 0.05, "mesh.far_edge": 0.1, "time.end": 0.008, "time.step": 0.001,
+               "output.frames": []}  # fmt: skip
     _time_steps(case_of("quick", changes)[0])
 
 
@@ -267,8 +268,12 @@ def plain(axis, ticks):
     axis.set_minor_locator(NullLocator())
 
 
-def out_directory(default=OUT):
-    """The directory given by --out on the command line."""
+def command_line(default=OUT):
+    """Read the command line of a script: set the number of runs side by side, return where the result goes."""
+    global JOBS
     parser = argparse.ArgumentParser()
     parser.add_argument("--out", type=Path, default=default, metavar="DIR", help="where the result goes")
-    return parser.parse_args().out
+    parser.add_argument("--jobs", type=int, default=JOBS, metavar="N", help="runs side by side (default: one a core)")
+    arguments = parser.parse_args()
+    JOBS = arguments.jobs
+    return arguments.out

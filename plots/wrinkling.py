@@ -169,4 +169,4 @@ def main(out=study.OUT, edges=EDGES, curves=CURVES, thicknesses=THICKNESSES, in_
 
 
 if __name__ == "__main__":
-    main(study.out_directory())
+    main(study.command_line())
