@@ -16,7 +16,7 @@ import study
 from paper import LOOKS
 
 CASES = ("typical-auto", "fig4-K0.603", "fig4-K3.018")
-ACCURACY = 0.004  # finer than the curves' own: the turn is short
+ACCURACY = 0.01
 TIMES = tuple(float(f"{t:.4g}") for t in np.geomspace(0.002, 1.0, 55))
 SHOWN = 0.008, 0.044, 0.128, 0.56  # nearest of the times, drawn in the first panel
 ARC = 0.02, 0.2  # heights / d_c between which the membrane turns
