@@ -142,11 +142,10 @@ def main(out=study.OUT, edges=EDGES, curves=CURVES, thicknesses=THICKNESSES, in_
             color, _ = curves[h]
             line = ("-", "--", ":")[edges.index(e)]
             label = f"$h$ = {h:g}" if e == edges[-1] else None
-            spectrum.plot(modes, rate, color=color, linestyle=line)
+            spectrum.semilogy(modes, np.where(rate > 0.0, rate, np.nan), color=color, linestyle=line)
             k = int(np.argmax(rate))
             spectrum.plot(modes[k], rate[k], color=color, marker=curves[h][1], linestyle="none", label=label)
-        spectrum.set(xlabel="azimuthal mode $m$", ylabel=r"growth rate $\sigma_m$ [$D/a_0^2$]", xlim=(0, None))
-        spectrum.set_ylim(-300, None)
+        spectrum.set(xlabel="azimuthal mode $m$", ylabel=r"growth rate $\sigma_m$ [$D/a_0^2$]", ylim=(8, None))
         wavelength.loglog(scaling[:, 0], scaling[:, 1], color=DARK, marker="s", linestyle="none", label="fastest mode")
         wavelength.loglog(scaling[:, 0], scaling[:, 2], color="0.4", label=r"$2\pi\,(2B/|T_2|)^{1/2}$")
         for e in edges:
@@ -166,7 +165,7 @@ def main(out=study.OUT, edges=EDGES, curves=CURVES, thicknesses=THICKNESSES, in_
         study.legend_below(wavelength)
         study.legend_below(amplitude, title=f"$h$ = {in_space['thickness']:g}")
 
-    study.panels(draw, "wrinkling", out, size=(7.2, 3.3), shape=(1, 3))
+    study.panels(draw, "wrinkling", out, size=(7.2, 3.4), shape=(1, 3))
 
 
 if __name__ == "__main__":

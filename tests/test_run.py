@@ -83,7 +83,7 @@ def uninterrupted(physics, tmp_path):
 
 
 def interrupt_at(step, signals=(signal.SIGINT,)):
-    """Signals that have arrived, one by one, before the step goes on (``os.kill`` may reach another thread, later)."""
+    """Signals that arrive one by one before the step goes on; those of ``os.kill`` may do so later, or merge."""
 
     def before_step(steps):
         if steps == step:

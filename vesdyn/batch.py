@@ -18,7 +18,7 @@ import time
 import uuid
 import warnings
 from collections import Counter, defaultdict, deque
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, ProcessPoolExecutor, wait
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -29,7 +29,7 @@ from vesdyn.run import Outcome, interrupts, run_case
 from vesdyn.storage import DamagedRunError, RunDirectory, RunDirectoryError
 
 _ATTEMPTS = 3  # after as many deaths of its worker process a case is given up
-_REFRESH = 0.5  # of the table [s]
+_REFRESH = 0.2  # [s]
 _PATIENCE = 10.0  # with a scheduler that does not answer [s]
 
 
@@ -93,23 +93,40 @@ def run_batch(cases, out="runs", jobs=None, scheduler=None, restart=False, show=
             for future in done:
                 case, worker = running.pop(future)
                 free.append(worker)
-                try:
-                    outcomes[case.name], doubts = future.result()
-                except BrokenExecutor:
+                if isinstance(_error(future), BrokenExecutor):
                     worker.renew()
                     deaths[case.name] += 1
                     if deaths[case.name] < _ATTEMPTS:
                         waiting.appendleft(case)
                         continue
-                    reason = f"its process died {_ATTEMPTS} times; is there memory for so many --jobs?"
-                    outcomes[case.name], doubts = Outcome("failed", reason), ()
-                except Exception as error:
-                    outcomes[case.name], doubts = Outcome("failed", f"{type(error).__name__}: {error}"), ()
+                outcomes[case.name], doubts = _result(future)
                 for sentence in doubts:
                     warnings.warn(f"{case.name}: {sentence}", stacklevel=2)
                 tell(case)
             tell()
     return [(case, outcomes[case.name]) for case in cases]
+
+
+def _error(future):
+    """What went wrong in the worker, or None."""
+    try:
+        future.result()
+    except Exception as error:
+        return error
+
+
+def _result(future):
+    """What `_carry_out` returned, or a failure in its place."""
+    match _error(future):
+        case None:
+            return future.result()
+        case BrokenExecutor():
+            reason = f"its process died {_ATTEMPTS} times; is there memory for so many --jobs?"
+        case CancelledError():
+            reason = "the scheduler was lost; give the same command to another one, to go on."
+        case error:
+            reason = f"{type(error).__name__}: {error}"
+    return Outcome("failed", reason), []
 
 
 # In the worker -------------------------------------------------------------------------------------------
@@ -122,7 +139,7 @@ def _carry_out(case, path, restart, stop_file):
         return stop_file.read_text() if stop_file.exists() else None
 
     if reason := stop():
-        return Outcome("interrupted", f"not begun, stopped by {reason}."), ()
+        return Outcome("interrupted", f"not begun, stopped by {reason}."), []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
@@ -139,7 +156,8 @@ def _compute(case, path, restart, stop):
         directory.check_same(case)
         restart = origin.get("vesdyn") != vesdyn.__version__
         if restart:
-            warnings.warn(f"{path}: holds a run by vesdyn {origin.get('vesdyn')}; {vesdyn.__version__} computes it anew.")
+            theirs, ours = origin.get("vesdyn"), vesdyn.__version__
+            warnings.warn(f"{path}: holds a run by vesdyn {theirs}; {ours} computes it anew.")
     run = functools.partial(run_case, case, path, progress=False, decisions=decisions, stop=stop)
     try:
         return run(restart=restart)

@@ -388,7 +388,7 @@ def _layers(path, above):
         raw.pop(key, None)
     base = raw.pop("base", None)
     if not isinstance(base, str | None):
-        raise CaseError(f"{path}: base: {_as_yaml(base)} is not a path; give that of a case file, relative to this one.")
+        raise CaseError(f"{path}: base: {_as_yaml(base)} is not a path; give one relative to this file.")
     below = [] if base is None else _layers(path.parent / base, [*above, path])
     return [(path, _in_full(raw)), *below]
 
@@ -473,7 +473,7 @@ _WRONG = {  # pydantic's error type: what to say after the value
     "int_type": "is not a whole number; write one such as 20000.",
     "bool_type": "is neither true nor false; write one of them.",
     "string_type": "is not text; put it in quotes.",
-    "string_pattern_mismatch": "cannot name a directory; use letters, digits, and after the first '.', '_', '-', '='.",
+    "string_pattern_mismatch": "cannot name a directory; use letters, digits and, not first, '.', '_', '-', '='.",
     "string_too_long": "is too long; use at most {max_length} characters.",
     "tuple_type": "is not a list; write one such as [0.1, 0.2].",
     "model_type": "is not a section with keys; write for instance `{{key: value}}`, or leave it out.",

@@ -227,7 +227,7 @@ class RunDirectory:
             file.write(",".join(values) + "\n")
 
     def last_row(self):
-        """Return the last row of the history, column to number, without reading the others; empty if there is none."""
+        """Return the last whole row of the history, column to number, reading no other; empty if none."""
         if not self.history_file.exists():
             return {}
         with open(self.history_file, "rb") as file:

@@ -56,7 +56,7 @@ def drawn(directory):
 def test_accuracy(tmp_path):
     body = {"one body": (({**COARSE, **BRIEF}, {**COARSE_SURFACE, **BRIEF}), "k", "o", "-")}
     finest = {**COARSE, **BRIEF, "mesh.front_edge": 0.03}
-    accuracy.main(tmp_path / "out", ("typical",), body, finest, check=None, finest_surface={**COARSE_SURFACE, **BRIEF, "mesh.front_edge": 0.05})
+    accuracy.main(tmp_path / "out", ("typical",), body, finest, check=None)
     assert drawn(tmp_path / "out") == ["accuracy.pdf", "accuracy.png"]
 
 
@@ -67,7 +67,7 @@ def test_order(tmp_path, monkeypatch):
     order.main(
         tmp_path / "out", (0.004, 0.002), COARSE, {"time.step": 0.001}, COARSE,
         {"axisymmetric": (0.07, 0.05), "surface": (0.08, 0.06)}, brief,
-        COARSE | {"mesh.front_edge": 0.04}, COARSE_SURFACE | {"mesh.front_edge": 0.05},
+        COARSE | {"mesh.front_edge": 0.04},
     )  # fmt: skip
     assert drawn(tmp_path / "out") == ["order.pdf", "order.png"]
 
