@@ -111,10 +111,10 @@ def stronger(*some):
 
 
 def farther(*some):
-    slow, fast = some[0].at(0.044), some[-1].at(0.044)
+    half, error = [c.time_of(0.5) for c in some], [c.time_error(0.5) for c in some]
     return Found(
-        f"final A = {finals(some)}, {spread(some):.0%} apart; A(0.044) = {slow:.3f} to {fast:.3f}",
-        {"faster": ordered(some), "final hardly": spread(some) < WEAK},
+        f"final A = {finals(some)}, {spread(some):.1%} apart; half of it at t = {', '.join(map(pm, half, error, [4] * len(some)))}",
+        {"faster": half[0] - half[-1] > error[0] + error[-1], "final hardly": spread(some) < WEAK},
     )
 
 
