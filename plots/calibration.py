@@ -18,9 +18,9 @@ SOFT = {**paper.ON_MERIDIAN, "output.frames": [0.14, 0.696]}  # changes of fig9-
 READ = ("r(0.140), Fig. 9a", 0.416, 0.003), ("largest density, Fig. 2", 4.0, 0.2)  # printed, and how well it is read
 LOWEST = 0.4, 0.05  # density, Fig. 2
 FIRST, FINAL, FINAL_SOFT = 0.140, 0.560, 0.696  # times of Figs. 9a, 2d, 9d
-ACCURACY = 0.005
+ACCURACY = 0.01
 STEP = 0.1  # relative change of the unknowns for the Jacobian
-ITERATIONS = 4
+ITERATIONS = 3
 
 
 def scenes(unknowns, accuracy, more={}):
@@ -64,19 +64,19 @@ def jacobian(accuracy):
     return np.array(columns).T
 
 
-def solve(J, accuracy, iterations=None, more={}):
+def solve(J, accuracy, start, iterations, more={}):
     """Unknowns (2,) at which the numbers of READ are as printed, in scenes with ``more`` changes."""
-    wanted, unknowns = np.array([value for _, value, _ in READ]), np.array(START)
-    for _ in range(iterations or ITERATIONS):
+    wanted, unknowns = np.array([value for _, value, _ in READ]), np.array(start)
+    for _ in range(iterations):
         unknowns = unknowns * np.exp(-np.linalg.solve(J, np.log(printed(unknowns, accuracy, more) / wanted)))
     return unknowns
 
 
-def measure(accuracy=None):
+def measure(accuracy):
     """The Jacobian, the unknowns, their parts of uncertainty (3, 2) by source, and the predictions with theirs."""
-    accuracy = accuracy or ACCURACY
     J = jacobian(accuracy)
-    unknowns, finer = solve(J, accuracy), solve(J, accuracy * paper.FINER)
+    unknowns = solve(J, accuracy, START, ITERATIONS)
+    finer = solve(J, accuracy * paper.FINER, unknowns, 2)
     reading = np.linalg.inv(J) * [spread / value for _, value, spread in READ]  # d ln unknown by each number read
     sources = np.array([*np.exp(reading.T) - 1.0, abs(unknowns / finer - 1.0)])  # relative
     base = predicted(unknowns, accuracy)
@@ -87,7 +87,7 @@ def measure(accuracy=None):
 
 
 def draw(out=study.OUT):
-    J, unknowns, sources, predictions = measure()
+    J, unknowns, sources, predictions = measure(ACCURACY)
     names = "eta", "M^"
     study.table("d ln number / d ln unknown", ["", *names], [(what, *map(float, row)) for (what, _, _), row in zip(READ, J)])
     total = np.sqrt((sources**2).sum(axis=0))

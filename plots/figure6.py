@@ -11,9 +11,9 @@ KEY = "adhesion.cutoff"
 
 def at_one_product():
     """The curves with the traction changed so that T_max d_c is that of the middle one."""
-    printed = [paper.wished(name, {}).adhesion for name in CASES]
-    product = printed[1].traction * printed[1].cutoff
-    return paper.curves(CASES, [{"adhesion.traction": float(f"{product / law.cutoff:.6g}")} for law in printed])
+    shorter, law, longer = (paper.wished(name, {}).adhesion for name in CASES)
+    other = [{"adhesion.traction": float(f"{law.traction * law.cutoff / d:.6g}")} for d in (shorter.cutoff, longer.cutoff)]
+    return paper.curves(CASES, [other[0], {}, other[1]])
 
 
 def draw(out=study.OUT):

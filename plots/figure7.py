@@ -16,10 +16,10 @@ EXPONENT_AT = 0.1  # time [a0^2/D] at which exponents are compared
 
 def held(what):
     """The curves with the ``mobility`` held, as in configs/, or the ``drift_number`` of the largest ratio."""
-    some = paper.curves(CASES)
     if what == "mobility":
-        return some
-    return paper.curves(CASES, {"receptors": f"{{drift_number: {some[-1].case.drift_number:g}}}"})
+        return paper.curves(CASES)
+    change = {"receptors": f"{{drift_number: {paper.wished(CASES[-1], {}).drift_number:g}}}"}
+    return paper.curves(CASES, [change] * (len(CASES) - 1) + [{}])
 
 
 def infinite_medium():

@@ -7,8 +7,8 @@ range of the traction. So
     radius of curvature  arc / angle turned, on the meridian between the heights 0.02 d_c (where membrane counts as
                          bound) and 0.2 d_c.
 
-The angle hardly depends on the height within d_c/4 to d_c; the radius belongs to its arc: without bending stiffness
-the turn is the sharper, the closer to the plane it is looked at.
+The angle is that of the nearly straight rise; how much it depends on the height is printed (ANGLES_AT). The radius
+belongs to its arc: without bending stiffness the turn is the sharper, the closer to the plane it is looked at.
 """
 import numpy as np
 import paper
@@ -16,7 +16,7 @@ import study
 from paper import LOOKS
 
 CASES = ("typical-auto", "fig4-K0.603", "fig4-K3.018")
-ACCURACY = 0.004  # finer than the curves' own: the turn is short
+ACCURACY = 0.01
 TIMES = tuple(float(f"{t:.4g}") for t in np.geomspace(0.002, 1.0, 55))
 SHOWN = 0.008, 0.044, 0.128, 0.56  # nearest of the times, drawn in the first panel
 ARC = 0.02, 0.2  # heights / d_c between which the membrane turns
@@ -80,7 +80,7 @@ def draw(out=study.OUT):
             x = meridians[int(np.argmin(abs(t - time)))]
             r, z = x.T
             front = r[np.flatnonzero(z <= ARC[0] * cutoff)[-1]]
-            near = (z < 1.6 * cutoff) & (r > front - 0.8 * cutoff)
+            near = (z < 1.6 * cutoff) & (r > front - cutoff)
             shapes.plot(r[near] - front, z[near], color=color, linestyle=line, label=f"$t$ = {time:g}")
         for height in (*ARC, ANGLE_AT):
             shapes.axhline(height * cutoff, color="0.75", linewidth=0.5, zorder=0)
@@ -94,8 +94,9 @@ def draw(out=study.OUT):
                                      (angles, np.degrees(coarse[:, 1]), np.degrees(abs(fine - coarse)[:, 1]))):  # fmt: skip
                 ax.semilogx(t, value, color=color, linestyle=line, label=label)
                 ax.fill_between(t, value - error, value + error, color=color, alpha=0.25, linewidth=0)
-        radii.set(xlabel=paper.TIME, ylabel="radius of curvature at the front [$a_0$]", ylim=(0.0, None))
+        radii.set(xlabel=paper.TIME, ylabel="radius of curvature at the front [$a_0$]")
         angles.set(xlabel=paper.TIME, ylabel="spreading angle [°]", ylim=(0.0, 90.0))
+        radii.set_ylim(0.0, 1.4 * radii.get_ylim()[1])
         for ax in (radii, angles):
             study.plain(ax.xaxis, (0.002, 0.01, 0.03, 0.1, 0.3, 1.0))
             ax.legend(loc="upper right" if ax is radii else "lower right")

@@ -141,12 +141,13 @@ def holds_from(lower, upper):
 
 
 def draw_areas(ax, some, key, until=None):
-    """A(t) of ``some`` curves, and bars of their errors where these can be seen."""
-    for curve, (color, line) in zip(some, LOOKS):
-        t, area = (curve.rows[column] for column in ("time", "binding_area"))
-        ax.plot(np.concatenate([[0.0], t]), np.concatenate([[0.0], area]), color=color, linestyle=line, label=curve.label(key))
-        ax.fill_between(t, area * (1 - curve.error()), area * (1 + curve.error()), color=color, alpha=0.25, linewidth=0)
+    """A(t) of ``some`` curves in bands of their errors; one that came to rest before the end stays where it is."""
     end = until or max(curve.rows["time"][-1] for curve in some)
+    for curve, (color, line) in zip(some, LOOKS):
+        t, area = curve.rows["time"], curve.rows["binding_area"]
+        t, area = np.concatenate([[0.0], t, [max(end, t[-1])]]), np.concatenate([[0.0], area, area[-1:]])
+        ax.plot(t, area, color=color, linestyle=line, label=curve.label(key))
+        ax.fill_between(t, area * (1 - curve.error()), area * (1 + curve.error()), color=color, alpha=0.25, linewidth=0)
     ax.set(xlabel=TIME, ylabel=AREA, xlim=(0.0, end), ylim=(0.0, None))
     ax.legend(loc="lower right", title=UNITS.get(key) and f"{SYMBOLS[key]} in {UNITS[key]}", title_fontsize=7)
 

@@ -18,7 +18,7 @@ ITERATIONS = 3
 def calibrated(thickness, J):
     """Drag and mobility (2,), the changes that make the two scenes, and what is predicted."""
     more = {"membrane.thickness": thickness}
-    unknowns = calibration.solve(J, calibration.ACCURACY, ITERATIONS, more)
+    unknowns = calibration.solve(J, calibration.ACCURACY, calibration.START, ITERATIONS, more)
     return unknowns, calibration.scenes(unknowns, calibration.ACCURACY, more), calibration.predicted(unknowns, calibration.ACCURACY, more)
 
 

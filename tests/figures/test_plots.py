@@ -100,8 +100,11 @@ def test_figure_9(tmp_path, brief, monkeypatch):
     assert drawn(tmp_path / "out") == ["figure9.pdf", "figure9.png"]
 
 
-def test_calibration(tmp_path, brief, monkeypatch):
-    monkeypatch.setattr(calibration, "ITERATIONS", 1)
+def test_calibration_finds_the_drag_and_mobility_of_a_run(tmp_path, brief, monkeypatch):
+    hidden = 0.073, 2.25
+    front, density = calibration.printed(hidden, calibration.ACCURACY)
+    monkeypatch.setattr(calibration, "READ", (("front", front, 0.003), ("density", density, 0.2)))
+    assert calibration.measure(calibration.ACCURACY)[1] == pytest.approx(hidden, rel=0.01)
     calibration.draw(tmp_path / "out")
     assert drawn(tmp_path / "out") == ["calibration.pdf", "calibration.png"]
 
