@@ -23,23 +23,28 @@ STEP = 0.1  # relative change of the unknowns for the Jacobian
 ITERATIONS = 3
 
 
-def curves(unknowns, accuracy):
-    """Histories of the soft and of the typical case with the ``unknowns``, drag and mobility."""
-    changes = {key: float(f"{value:.6g}") for key, value in zip(KEYS, unknowns)} | {"accuracy": accuracy}
-    runs = [("fig9-base", {**SOFT, **changes}), ("typical-auto", changes)]
+def scenes(unknowns, accuracy, more={}):
+    """The soft and the typical case with the ``unknowns``, drag and mobility, and ``more`` changes."""
+    changes = {key: float(f"{value:.6g}") for key, value in zip(KEYS, unknowns)} | {"accuracy": accuracy, **more}
+    return [("fig9-base", {**SOFT, **changes}), ("typical-auto", changes)]
+
+
+def curves(unknowns, accuracy, more={}):
+    """Histories of the two `scenes`."""
+    runs = scenes(unknowns, accuracy, more)
     study.prepare(runs)
     return [study.history(*run) for run in runs]
 
 
-def printed(unknowns, accuracy):
+def printed(unknowns, accuracy, more={}):
     """The two numbers of READ as computed (2,)."""
-    soft, typical = curves(unknowns, accuracy)
+    soft, typical = curves(unknowns, accuracy, more)
     return np.array([study.value_at(soft, "contact_radius", FIRST), study.value_at(typical, "density_max", FINAL)])
 
 
-def predicted(unknowns, accuracy):
+def predicted(unknowns, accuracy, more={}):
     """What the calibration does not use, name: (value, what the paper prints)."""
-    soft, typical = curves(unknowns, accuracy)
+    soft, typical = curves(unknowns, accuracy, more)
     area = {name: h["binding_area"] for name, h in (("soft", soft), ("typical", typical))}
     return {
         "smallest density, Fig. 2": (float(typical["density_min"].min()), f"{LOWEST[0]:g} ± {LOWEST[1]:g}"),
@@ -59,11 +64,11 @@ def jacobian(accuracy):
     return np.array(columns).T
 
 
-def solve(J, accuracy, start, iterations):
-    """Unknowns (2,) at which the numbers of READ are as printed."""
+def solve(J, accuracy, start, iterations, more={}):
+    """Unknowns (2,) at which the numbers of READ are as printed, in scenes with ``more`` changes."""
     wanted, unknowns = np.array([value for _, value, _ in READ]), np.array(start)
     for _ in range(iterations):
-        unknowns = unknowns * np.exp(-np.linalg.solve(J, np.log(printed(unknowns, accuracy) / wanted)))
+        unknowns = unknowns * np.exp(-np.linalg.solve(J, np.log(printed(unknowns, accuracy, more) / wanted)))
     return unknowns
 
 

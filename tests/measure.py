@@ -4,6 +4,9 @@ import csv
 from pathlib import Path
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+from scipy.spatial import ConvexHull, Delaunay
 
 from vesdyn import relaxation
 from vesdyn.adhesion import Adhesion
@@ -34,14 +37,42 @@ def fitted_order(steps, errors):
     return np.polyfit(np.log(steps), np.log(np.abs(errors)), 1)[0]
 
 
-def sphere(model, front_edge, far_edge=None, shear_modulus=1.0, prestretch=1.0, layout="rings"):
-    """Start positions and body of a sphere on the plane."""
+def sphere(model, front_edge, far_edge=None, shear_modulus=1.0, prestretch=1.0, layout="rings", thickness=0.0):
+    """Start positions and body of a sphere on the plane; ``layout`` "shaken": an evenly uneven triangulation."""
     far_edge = front_edge if far_edge is None else far_edge
     if model == "axisymmetric":
         x = graded_meridian(front_edge, far_edge)
-        return x, build_meridian(x, shear_modulus, prestretch)
-    x, faces = graded_sphere(front_edge, far_edge, layout)
-    return x, build_surface(x, faces, shear_modulus, prestretch)
+        return x, build_meridian(x, shear_modulus, prestretch, thickness)
+    x, faces = shaken_sphere(front_edge) if layout == "shaken" else graded_sphere(front_edge, far_edge, layout)
+    return x, build_surface(x, faces, shear_modulus, prestretch, thickness)
+
+
+def shaken_sphere(edge, size=0.3, seed=0):
+    """Delaunay triangles of a spiral's points shaken by up to ``size`` edges: vertices of 3 to 9 neighbours."""
+    centre = np.array([0.0, 0.0, 0.5])
+    points = graded_sphere(edge, edge, "spiral")[0] - centre
+    points += size * edge * np.random.default_rng(seed).uniform(-1.0, 1.0, points.shape)
+    points *= 0.5 / np.linalg.norm(points, axis=1)[:, None]
+    faces = ConvexHull(points).simplices
+    a, b, c = np.moveaxis(points[faces], 1, 0)
+    inward = np.einsum("fk,fk->f", np.cross(b - a, c - a), a) < 0.0
+    faces[inward] = faces[inward][:, ::-1]
+    return points + centre, faces
+
+
+def shaken_sheet(edge, size, seed):
+    """Unit square of Delaunay triangles in z = 0, shaken likewise: vertices (n, 3), faces, nodal areas (n,)."""
+    columns, rows = round(1.0 / edge), round(2.0 / (3.0**0.5 * edge))
+    u, v = np.meshgrid(np.arange(columns + 1) / columns, np.arange(rows + 1) / rows)
+    u = u + np.where(np.arange(rows + 1) % 2, 0.25, -0.25)[:, None] / columns
+    points = np.stack([u.ravel(), v.ravel()], axis=1)
+    points += size * edge * np.random.default_rng(seed).uniform(-1.0, 1.0, points.shape)
+    faces = Delaunay(points).simplices
+    p, q = points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]]
+    area = 0.5 * (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
+    faces[area < 0.0] = faces[area < 0.0][:, ::-1]
+    nodal = np.bincount(faces.ravel(), np.repeat(np.abs(area) / 3.0, 3), len(points))
+    return np.column_stack([points, np.zeros(len(points))]), faces, nodal
 
 
 def shaken(x, size, seed):
@@ -78,6 +109,63 @@ def stiffness_ratio(body, x, pressure):
     if d == 2:
         free[[0, 2 * (n - 1)]] = False  # poles stay on the axis
     return np.linalg.eigvalsh((0.5 * (K + K.T) * scale * scale[:, None])[np.ix_(free, free)])[-1]
+
+
+def stiffness_matrix(body, x):
+    """Sparse second derivatives of the elastic energy: nodes that share no force are displaced together."""
+    n, d = x.shape
+    i, j = body.edges.astype(int).T
+    centre, member = [np.arange(n), i, j], [np.arange(n), j, i]
+    if hasattr(body, "stencils") and len(body.stencils.neighbour):
+        centre.append(np.repeat(np.arange(n), np.diff(body.stencils.start.astype(int))))
+        member.append(body.stencils.neighbour)
+    centre, member = np.concatenate(centre), np.concatenate(member)
+    stencil = sparse.csr_array((np.ones(len(centre)), (centre, member)), (n, n))
+    pattern = sparse.csr_array(stencil.T @ stencil)
+    clash = sparse.csr_array(pattern @ pattern)
+    group = np.full(n, -1)
+    for node in range(n):
+        taken = set(group[clash.indices[clash.indptr[node] : clash.indptr[node + 1]]])
+        group[node] = next(g for g in range(n) if g not in taken)
+    rows, columns = pattern.tocoo().coords
+    h = 1e-4 * np.sqrt(body.reference_area.min())  # truncation and round-off both near 1e-8
+    values = np.empty((len(rows), d, d))
+    for g in range(group.max() + 1):
+        entries = np.flatnonzero(group[columns] == g)
+        for k in range(d):
+            step = np.zeros_like(x)
+            step[group == g, k] = h
+            change = forces(body, x + step)[0] - forces(body, x - step)[0]
+            values[entries, :, k] = -change[rows[entries]] / (2 * h)
+    at = np.broadcast_arrays(
+        d * rows[:, None, None] + np.arange(d)[:, None], d * columns[:, None, None] + np.arange(d)
+    )
+    K = sparse.csr_array((values.ravel(), (at[0].ravel(), at[1].ravel())), (n * d, n * d))
+    return 0.5 * (K + K.T)
+
+
+def linear_response(body, x, loads):
+    """Small displacements (n_loads, n, d) of a free body under ``loads`` alike, all without their rigid parts."""
+    n, d = x.shape
+    rigid = np.zeros((n, d, 1 if d == 2 else 6))
+    if d == 2:
+        rigid[:, 1, 0] = 1.0
+        held = [0, 1, 2 * (n - 1)]
+    else:
+        for k, axis in enumerate(np.eye(3)):
+            rigid[:, :, k], rigid[:, :, 3 + k] = axis, np.cross(axis, x)
+        low, high, side = np.argmin(x[:, 2]), np.argmax(x[:, 2]), np.argmax(x[:, 0])
+        held = [3 * low, 3 * low + 1, 3 * low + 2, 3 * high, 3 * high + 1, 3 * side + 1]  # statically determinate
+    rigid = np.linalg.qr(rigid.reshape(n * d, -1))[0]
+    load = np.reshape(loads, (-1, n * d)).T
+    load = load - rigid @ (rigid.T @ load)
+    free = np.setdiff1d(np.arange(n * d), held)
+    K = sparse.csc_array(stiffness_matrix(body, x)[free][:, free])
+    solver = splu(K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    u = np.zeros_like(load)
+    u[free] = solver.solve(load[free])
+    u -= rigid @ (rigid.T @ u)
+    return u.T.reshape(-1, n, d)
 
 
 def balance_of(body, x, volume=np.pi / 6.0, viscosity=0.0, traction=0.0, cutoff=0.1, frozen=True):

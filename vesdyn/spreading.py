@@ -98,6 +98,7 @@ class Spreading:
         self.work = relaxation.workspace(self.x)
         self.transport = receptors.transport(self.x.shape[0], self.body.edges.shape[0])
 
+        self.lowest = int(np.argmin(self.x[:, -1]))  # the node in the middle of the contact
         self.mesh = zlib.crc32(self.x.tobytes() + self.body.elements.tobytes())  # tells meshes apart
         self.time, self.steps = 0.0, 0
         self.x_before, self.dt_before, self.dt_wanted = self.x.copy(), 1.0, 0.0
@@ -281,6 +282,7 @@ class Spreading:
             "iterations": self.iterations,
             "residual": self.residual,
             "gap_min": self.x[:, -1].min(),
+            "centre_gap": self.x[self.lowest, -1],
             "tension_min": tension.min(),
             "free_tension_min": tension[slackest].min(),
             "free_tension_min_height": gap[slackest].mean(),

@@ -345,8 +345,9 @@ def add_bending_bounds(body, x, bound):
                     bound[j] += body.reference_area[i] * (s * all_s + m * all_c + c * all_m + work * c * all_c)
                 else:
                     all_s, all_c, all_m = all_s + s, all_c + c, all_m + m
-                    own_s1, own_s2, own_s3 = own_s1 - s1, own_s2 - s2, own_s3 - s3
-                    own_C1, own_C2 = own_C1 - C1, own_C2 - C2
+                    if k < last:
+                        own_s1, own_s2, own_s3 = own_s1 - s1, own_s2 - s2, own_s3 - s3
+                        own_C1, own_C2 = own_C1 - C1, own_C2 - C2
 
 
 @generic.edge_conductances.register(Surface)

@@ -16,9 +16,9 @@ STRETCH = 1.2
 PRESSURE = 4.0 * (1.0 / STRETCH - STRETCH**-7)
 
 
-def floating_sphere(model):
+def floating_sphere(model, thickness=0.0):
     """A stretched sphere off the plane, its balance, a shaken start, and k."""
-    x, body = sphere(model, 0.12)
+    x, body = sphere(model, 0.12, thickness=thickness)
     balance = balance_of(body, x, volume=STRETCH**3 * np.pi / 6.0)
     x = STRETCH * x
     x[:, -1] += 1.0
@@ -26,17 +26,19 @@ def floating_sphere(model):
 
 
 @pytest.mark.parametrize("kinetic", [False, True], ids=["viscous", "kinetic"])
+@pytest.mark.parametrize("thickness", [0.0, 0.1], ids=["membrane", "shell"])
 @pytest.mark.parametrize("model", BODIES)
-def test_just_inside_the_critical_mass(model, kinetic):
-    balance, start, k = floating_sphere(model)
+def test_just_inside_the_critical_mass(model, thickness, kinetic):
+    balance, start, k = floating_sphere(model, thickness)
     _, outcome = relaxed(balance, start, 1e-8, kinetic, lighter=0.95 / k, pressure=PRESSURE)
     assert outcome.status == CONVERGED
 
 
 @pytest.mark.parametrize("kinetic", [False, True], ids=["viscous", "kinetic"])
+@pytest.mark.parametrize("thickness", [0.0, 0.1], ids=["membrane", "shell"])
 @pytest.mark.parametrize("model", BODIES)
-def test_just_outside_the_critical_mass(model, kinetic):
-    balance, start, k = floating_sphere(model)
+def test_just_outside_the_critical_mass(model, thickness, kinetic):
+    balance, start, k = floating_sphere(model, thickness)
     _, outcome = relaxed(balance, start, 1e-8, kinetic, lighter=1.10 / k, pressure=PRESSURE)
     assert outcome.status == DIVERGED
     controls = relaxation.Controls(1e-8, 200_000, kinetic)
