@@ -224,7 +224,7 @@ def test_normal_loads_on_a_surface(layout):
 @pytest.mark.parametrize("h, axis", [(0.02, "oblique"), (0.1, "oblique"), (0.1, "pole")])
 @pytest.mark.parametrize("layout", ["scalloped", "spiral", "shaken"])
 def test_normal_loads_on_a_fine_surface(layout, h, axis):
-    check_compliance(layout, (0.05, 0.035, 0.025, 0.0175)[: 4 if axis == "pole" else 3], h, axis)
+    check_compliance(layout, (0.05, 0.035, 0.025), h, axis)
 
 
 @pytest.mark.verify
@@ -306,4 +306,4 @@ def test_pinched_surface():
 @pytest.mark.verify
 @pytest.mark.parametrize("layout", ["scalloped", "spiral"])
 def test_pinched_fine_surface(layout):
-    check_pinched_surface(layout, (0.05, 0.035, 0.025, 0.0175), 0.1, finest=0.01)
+    check_pinched_surface(layout, (0.05, 0.035, 0.025), 0.1, finest=0.02)
