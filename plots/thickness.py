@@ -56,7 +56,7 @@ def draw(out=study.OUT):
         density.axhspan(0.35, 0.45, color="0.9", linewidth=0)
         density.set(xlabel="time $t$ [$a_0^2/D$]", ylabel="density $c$, least and largest [$c_{r0}$]", ylim=(0, None))
         study.plain(density.xaxis, (0.001, 0.01, 0.1, 1.0))
-        shape.set(xlabel="$r$ [$a_0$]", ylabel="$z$ [$a_0$]", xlim=(0.28, 0.52), ylim=(-0.004, 0.2), aspect="equal")
+        shape.set(xlabel="$r$ [$a_0$]", ylabel="$z$ [$a_0$]", xlim=(0.28, 0.52), ylim=(-0.004, 0.2))
         shape.annotate(f"$t$ = {SHOWN:g}", (0.05, 0.9), xycoords="axes fraction")
 
     study.panels(fill, "thickness", out, size=(7.2, 2.6), shape=(1, 3))
