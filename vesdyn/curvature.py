@@ -19,6 +19,7 @@ from scipy import sparse
 from scipy.sparse.linalg import lsmr
 
 BALANCE = 0.3  # weight of the change of the fits against the imbalance of constant moments
+_MIXED = np.array([1.0, 1.0, np.sqrt(2.0)])  # a tensor's norm is uu^2 + vv^2 + 2 uv^2, whatever the frame
 
 
 class Stencils(NamedTuple):
@@ -104,7 +105,7 @@ def _balancing(second, slack, frame, normals, centre, neighbour, area):
                            3 * centre[:, None, None] + np.arange(3)[:, None] + np.zeros((m, 3, 3), int)])
     columns = 3 * np.arange(m)[:, None, None] + np.arange(3)[None, None, :] + np.zeros((m, 3, 3), int)
     own = -np.broadcast_to(np.eye(3), (m, 3, 3)) * area[centre][:, None, None]
-    values = np.concatenate([turn * area[centre][:, None, None], own])
+    values = np.concatenate([turn * area[centre][:, None, None], own]) * _MIXED[:, None]
     collect = sparse.csr_array(
         (values.ravel(), (rows.ravel(), np.concatenate([columns, columns]).ravel())), (3 * n, 3 * m)
     )
@@ -115,10 +116,10 @@ def _balancing(second, slack, frame, normals, centre, neighbour, area):
             column = used + np.arange(len(at) * free).reshape(len(at), 1, free)
             rows.append(np.broadcast_to(3 * entries[..., None] + k, changes.shape).ravel())
             columns.append(np.broadcast_to(column, changes.shape).ravel())
-            values.append(changes.ravel())
+            values.append(changes.ravel() / _MIXED[k])
             used += len(at) * free
     span = sparse.csr_array(
         (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), (3 * m, used)
     )
-    amount = lsmr(collect @ span, -(collect @ second.ravel()), damp=BALANCE, atol=1e-8, btol=1e-8, maxiter=1000)[0]
+    amount = lsmr(collect @ span, -(collect @ second.ravel()), damp=BALANCE, atol=1e-13, btol=1e-13, maxiter=1000)[0]
     return (span @ amount).reshape(m, 3)

@@ -78,7 +78,7 @@ def test_staircase(tmp_path):
 
 
 def test_speed(tmp_path):
-    speed.main(tmp_path / "out", vertices=(500, 800), iterations=20, repeats=3, end=0.004)
+    speed.main(tmp_path / "out", vertices=(500, 800), iterations=20, repeats=3, end=0.004, looks={0.0: ("k", "o"), 0.01: ("r", "s")})
     assert drawn(tmp_path / "out") == ["speed.pdf", "speed.png"]
 
 
