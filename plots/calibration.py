@@ -7,6 +7,7 @@ Either number depends on both unknowns, so the two equations are solved together
 from differences, on meridians. The uncertainty is that of reading the figures, through the inverse Jacobian, and that
 of mesh, step and tolerance, by solving once more at a quarter of the accuracy wish.
 """
+
 import numpy as np
 import paper
 import study
@@ -48,9 +49,15 @@ def predicted(unknowns, accuracy, more={}):
     area = {name: h["binding_area"] for name, h in (("soft", soft), ("typical", typical))}
     return {
         "smallest density, Fig. 2": (float(typical["density_min"].min()), f"{LOWEST[0]:g} ± {LOWEST[1]:g}"),
-        f"A({FINAL:g}) / A at the end, Fig. 2d": (float(study.area_at(typical, FINAL) / area["typical"][-1]), "1 (final)"),
+        f"A({FINAL:g}) / A at the end, Fig. 2d": (
+            float(study.area_at(typical, FINAL) / area["typical"][-1]),
+            "1 (final)",
+        ),
         "A at the end, typical, Fig. 3": (float(area["typical"][-1]), "below 0.8 (axis)"),
-        f"A({FINAL_SOFT:g}) / A at the end, Fig. 9d": (float(study.area_at(soft, FINAL_SOFT) / area["soft"][-1]), "1 (final)"),
+        f"A({FINAL_SOFT:g}) / A at the end, Fig. 9d": (
+            float(study.area_at(soft, FINAL_SOFT) / area["soft"][-1]),
+            "1 (final)",
+        ),
         "r at the end, soft, Fig. 9d": (float(soft["contact_radius"][-1]), "-"),
     }
 
@@ -59,7 +66,9 @@ def jacobian(accuracy):
     """d ln(numbers of READ) / d ln(unknowns) (2, 2), by central differences at START."""
     columns = []
     for k in range(2):
-        up, down = (np.array(START) * np.where(np.arange(2) == k, factor, 1.0) for factor in (1 + STEP, 1 / (1 + STEP)))
+        up, down = (
+            np.array(START) * np.where(np.arange(2) == k, factor, 1.0) for factor in (1 + STEP, 1 / (1 + STEP))
+        )
         columns.append(np.log(printed(up, accuracy) / printed(down, accuracy)) / (2 * np.log(1 + STEP)))
     return np.array(columns).T
 
@@ -80,7 +89,9 @@ def measure(accuracy):
     reading = np.linalg.inv(J) * [spread / value for _, value, spread in READ]  # d ln unknown by each number read
     sources = np.array([*np.exp(reading.T) - 1.0, abs(unknowns / finer - 1.0)])  # relative
     base = predicted(unknowns, accuracy)
-    off = [predicted(unknowns * (1.0 + part), accuracy) for part in sources[:2]] + [predicted(finer, accuracy * paper.FINER)]
+    off = [predicted(unknowns * (1.0 + part), accuracy) for part in sources[:2]] + [
+        predicted(finer, accuracy * paper.FINER)
+    ]
     predictions = {name: (value, np.sqrt(sum((o[name][0] - value) ** 2 for o in off)), paper_says)
                    for name, (value, paper_says) in base.items()}  # fmt: skip
     return J, unknowns, sources, predictions
@@ -89,23 +100,45 @@ def measure(accuracy):
 def draw(out=study.OUT):
     J, unknowns, sources, predictions = measure(ACCURACY)
     names = "eta", "M^"
-    study.table("d ln number / d ln unknown", ["", *names], [(what, *map(float, row)) for (what, _, _), row in zip(READ, J)])
+    study.table(
+        "d ln number / d ln unknown", ["", *names], [(what, *map(float, row)) for (what, _, _), row in zip(READ, J)]
+    )
     total = np.sqrt((sources**2).sum(axis=0))
     study.table(
         "calibrated, and relative uncertainty by source",
         ["", "value", "±", *(f"{what} ± {spread:g}" for what, _, spread in READ), "mesh, step, tolerance"],
         [(n, float(v), float(v * e), *map(float, abs(s))) for n, v, e, s in zip(names, unknowns, total, sources.T)],
     )
-    study.table("predictions", ["", "computed", "±", "paper"], [(n, float(v), float(e), p) for n, (v, e, p) in predictions.items()])
+    study.table(
+        "predictions",
+        ["", "computed", "±", "paper"],
+        [(n, float(v), float(e), p) for n, (v, e, p) in predictions.items()],
+    )
 
     def fill(drag, mobility):
         for ax, k, number in ((drag, 0, 0), (mobility, 1, 1)):
             factors = np.array([1 / (1 + STEP), 1.0, 1 + STEP])
-            values = [printed(np.array(START) * np.where(np.arange(2) == k, f, 1.0), ACCURACY)[number] for f in factors]
+            values = [
+                printed(np.array(START) * np.where(np.arange(2) == k, f, 1.0), ACCURACY)[number] for f in factors
+            ]
             what, wanted, spread = READ[number]
             ax.axhspan(wanted - spread, wanted + spread, color="0.88", linewidth=0, label="as read from the paper")
-            ax.plot(START[k] * factors, values, "o-", color=DARK, label=f"computed, {paper.SYMBOLS[KEYS[1 - k]]} = {START[1 - k]:g}")
-            ax.errorbar(unknowns[k], wanted, xerr=unknowns[k] * total[k], fmt="s", color=RED, capsize=3, label="calibrated, both together")
+            ax.plot(
+                START[k] * factors,
+                values,
+                "o-",
+                color=DARK,
+                label=f"computed, {paper.SYMBOLS[KEYS[1 - k]]} = {START[1 - k]:g}",
+            )
+            ax.errorbar(
+                unknowns[k],
+                wanted,
+                xerr=unknowns[k] * total[k],
+                fmt="s",
+                color=RED,
+                capsize=3,
+                label="calibrated, both together",
+            )
             ax.set_ylabel(("front $r(0.140)$ of Fig. 9a [$a_0$]", "largest density of Fig. 2 [$c_{r0}$]")[number])
             ax.legend()
         drag.set_xlabel(r"drag $\eta$ [$kT D^{-1} a_0^{-2}$]")

@@ -4,10 +4,11 @@
     holds in part       some parts
     not reproduced      none
 
-Verdicts follow from the numbers, whatever these are when the runs are computed anew. Each claim is also put to runs in
-which one thing that the paper leaves unstated is changed (UNSTATED); their errors are taken to be those of the
+Verdicts follow from the numbers, whatever these are when the runs are computed anew. Each claim is also put to runs
+in which one thing that the paper leaves unstated is changed (UNSTATED); their errors are taken to be those of the
 unchanged runs. Printed, and written to docs/claims.md.
 """
+
 from typing import NamedTuple
 
 import figure2
@@ -39,7 +40,12 @@ SETTLED = 0.02  # of the final area: less than that to go counts as final
 INSIGNIFICANT = 0.05  # relative change of the final area that would be
 WEAK = 0.1
 DISCERNIBLE = 0.02  # difference of local exponents, which a run at its own wish has to about 0.01
-STABILITY = ((0.302, 1.51, 0.416), (0.603, 2.416, 0.332), (1.81, 3.02, 0.312), (1.81, 2.416, None))  # K, T_max, unstable from r
+STABILITY = (
+    (0.302, 1.51, 0.416),
+    (0.603, 2.416, 0.332),
+    (1.81, 3.02, 0.312),
+    (1.81, 2.416, None),
+)  # K, T_max, unstable from r
 WATCHED = 0.004, 0.04  # after the displacement [a0^2/D]: one step, and ten
 GROWN = 3.0  # times between the two: what counts as unstable
 
@@ -82,7 +88,11 @@ def snapshots(curve):
     reached = float(curve.at(figure2.TIMES[-1])) / curve.final
     return Found(
         f"density {pm(low, low_error)} to {pm(high, high_error)}; A(0.560) is {reached:.1%} of the final area",
-        {"0.4": abs(low - 0.4) < 0.05 + low_error, "4.0": abs(high - 4.0) < 0.2 + high_error, "final at 0.560": reached > 1 - SETTLED},
+        {
+            "0.4": abs(low - 0.4) < 0.05 + low_error,
+            "4.0": abs(high - 4.0) < 0.2 + high_error,
+            "final at 0.560": reached > 1 - SETTLED,
+        },
     )
 
 
@@ -92,7 +102,7 @@ def typical(curve):
     rate = np.diff(area) / np.diff(t)
     exponent = curve.slope(np.geomspace(0.01, 0.3, 50))
     return Found(
-        f"A = {', '.join(f'{a:.3f}' for a in area[1:])} at the times of Fig. 2, {pm(curve.final, curve.final * curve.error())}"
+        f"A = {', '.join(f'{a:.3f}' for a in area[1:])} at the times of Fig. 2, {finals([curve])}"
         f" at the end; exponent {exponent.max():.2f} at most; 99 % at t = {curve.time_of(0.99):.2f}",
         {"ever slower": bool(np.all(np.diff(rate) < 0)), "sub-linear": exponent.max() < 1,
          "constant": curve.time_of(1 - SETTLED) < 1.2, "below 0.8": curve.final < 0.8},
@@ -100,7 +110,9 @@ def typical(curve):
 
 
 def stiffer(*some):
-    return Found(f"final A = {finals(some)}", {"slower": ordered(some[::-1]), "smaller": some[0].final > some[-1].final})
+    return Found(
+        f"final A = {finals(some)}", {"slower": ordered(some[::-1]), "smaller": some[0].final > some[-1].final}
+    )
 
 
 def stronger(*some):
@@ -114,7 +126,8 @@ def stronger(*some):
 def farther(*some):
     half, error = [c.time_of(0.5) for c in some], [c.time_error(0.5) for c in some]
     return Found(
-        f"final A = {finals(some)}, {spread(some):.1%} apart; half of it at t = {', '.join(map(pm, half, error, [4] * len(some)))}",
+        f"final A = {finals(some)}, {spread(some):.1%} apart; half of it at t ="
+        f" {', '.join(map(pm, half, error, [4] * len(some)))}",
         {"faster": half[0] - half[-1] > error[0] + error[-1], "final hardly": spread(some) < WEAK},
     )
 
@@ -136,7 +149,8 @@ def front_shape(changes):
     error = abs(fine - coarse)
     first, last = int(np.argmin(abs(t - 0.008))), len(t) - 1
     return Found(
-        f"radius of curvature {pm(coarse[first, 0], error[first, 0], 4)} at t = 0.008, {pm(coarse[last, 0], error[last, 0], 4)}"
+        f"radius of curvature {pm(coarse[first, 0], error[first, 0], 4)} at t = 0.008,"
+        f" {pm(coarse[last, 0], error[last, 0], 4)}"
         f" at the end; angle {np.degrees(coarse[first, 1]):.1f}° to {np.degrees(coarse[last, 1]):.1f}°",
         {"radius falls": figure8.goes_one_way(t, coarse[:, 0], error[:, 0].max(), -1),
          "angle rises": figure8.goes_one_way(t, coarse[:, 1], error[:, 1].max(), +1)},
@@ -158,7 +172,8 @@ def modulated_front():
 
     rim = [figure9.spread(radius) for radius in coarse[figure9.NODES][first]]
     return Found(
-        f"rim of touching nodes on the coarse mesh {rim[0]:.1%} displaced, {rim[1]:.1%} not displaced; what the displacement"
+        f"rim of touching nodes on the coarse mesh {rim[0]:.1%} displaced, {rim[1]:.1%} not displaced;"
+        " what the displacement"
         f" leaves: {off(coarse, first):.2%} after a step, {off(coarse, later):.2%} at t = 0.240; symmetric mesh"
         f" {off(symmetric, first):.2%}, {off(symmetric, later):.2%}",
         {"due to the displacement": rim[0] > 2 * rim[1],
@@ -199,20 +214,39 @@ class Claim(NamedTuple):
 
 
 CLAIMS = (
-    Claim("F2", "snapshots at 0.008, 0.044, 0.128 and 0.560 (final); density 0.4 to 4.0", snapshots, lambda: paper.curves([figure2.CASE])),
+    Claim(
+        "F2",
+        "snapshots at 0.008, 0.044, 0.128 and 0.560 (final); density 0.4 to 4.0",
+        snapshots,
+        lambda: paper.curves([figure2.CASE]),
+    ),
     Claim("F3", "fast, then sub-linear, then constant; A below 0.8", typical, lambda: paper.curves([figure3.CASE])),
     Claim("F4", "stiffer: slower and smaller", stiffer, lambda: paper.curves(figure4.CASES)),
-    Claim("F5", "stronger: faster and larger; beyond T_max = 1.51 insignificant", stronger, lambda: paper.curves(figure5.CASES)),
-    Claim("F6", "longer range: slightly faster; final area only weakly dependent", farther, lambda: paper.curves(figure6.CASES)),
+    Claim(
+        "F5",
+        "stronger: faster and larger; beyond T_max = 1.51 insignificant",
+        stronger,
+        lambda: paper.curves(figure5.CASES),
+    ),
+    Claim(
+        "F6",
+        "longer range: slightly faster; final area only weakly dependent",
+        farther,
+        lambda: paper.curves(figure6.CASES),
+    ),
     Claim("F6, one T_max d_c", "the same, read as one adhesion energy", farther, figure6.at_one_product),
     Claim("F7, mobility held", "more ligands: closer to linear A(t)", more_ligands, lambda: figure7.held("mobility")),
-    Claim("F7, drift number held", "the same", more_ligands, lambda: figure7.held("drift_number"), "receptors.mobility"),
+    Claim(
+        "F7, drift number held", "the same", more_ligands, lambda: figure7.held("drift_number"), "receptors.mobility"
+    ),
     Claim("F9, base", "r = 0.416 at t = 0.140", front_radius, lambda: paper.curves(["fig9-base"], paper.ON_MERIDIAN)),
 )
 WITHOUT_CURVES = (
     Claim("F8", "front's radius of curvature falls, spreading angle rises", lambda: front_shape({})),
     Claim("F9, front", "a random displacement of 2 % leaves modulations that multiply and stay", modulated_front),
-    Claim("S", "unstable: (K, T_max) = (0.302, 1.51), (0.603, 2.416), (1.81, 3.02); stable: (1.81, 2.416)", stability),
+    Claim(
+        "S", "unstable: (K, T_max) = (0.302, 1.51), (0.603, 2.416), (1.81, 3.02); stable: (1.81, 2.416)", stability
+    ),
 )
 
 
@@ -229,7 +263,10 @@ def sensitivity(claim, base, some):
         lost = [part for part in base.parts if base.parts[part] and not found.parts[part]]
         won = [part for part in base.parts if found.parts[part] and not base.parts[part]]
         if lost or won:
-            words.append(f"{said(changes)}: " + "; ".join([f"not “{part}”" for part in lost] + [f"“{part}” too" for part in won]))
+            words.append(
+                f"{said(changes)}: "
+                + "; ".join([f"not “{part}”" for part in lost] + [f"“{part}” too" for part in won])
+            )
         key, value = next(iter(changes.items()))
         shift = np.mean([other.final / curve.final - 1.0 for other, curve in zip(others, some)])
         moved.setdefault(key, []).append(f"{shift:+.1%} at {value:g}")
@@ -245,7 +282,9 @@ def table():
         found = claim.find(*some)
         failed = [part for part, is_so in found.parts.items() if not is_so]
         verdict = found.verdict + (f" (not “{'”, “'.join(failed)}”)" if found.verdict == "holds in part" else "")
-        rows.append((claim.name, claim.says, found.numbers, verdict, sensitivity(claim, found, some) if some else "-"))
+        rows.append(
+            (claim.name, claim.says, found.numbers, verdict, sensitivity(claim, found, some) if some else "-")
+        )
         print(*rows[-1], sep="\n    ", flush=True)
     return rows
 

@@ -8,6 +8,7 @@ with T_max at one d_c (Fig. 5) must grow with d_c at one T_max, and can be indep
 (b) Final areas against d_c on meshes as coarse as d_c, with the paper's step and staggering, read at the kink and as
 the area of nodes that touch: does an unresolved range make it not matter?
 """
+
 import figure5
 import figure6
 import numpy as np
@@ -26,7 +27,8 @@ def at_one_product(ranges=RANGES):
     """Histories of the middle case of Fig. 6 at other ``ranges`` and the same T_max d_c."""
     law = paper.wished(MIDDLE, {}).adhesion
     runs = [
-        (MIDDLE, {"adhesion.cutoff": d, "adhesion.traction": float(f"{law.traction * law.cutoff / d:.6g}")}) for d in ranges
+        (MIDDLE, {"adhesion.cutoff": d, "adhesion.traction": float(f"{law.traction * law.cutoff / d:.6g}")})
+        for d in ranges
     ]
     study.prepare(runs)
     return [study.history(*run) for run in runs]
@@ -44,7 +46,9 @@ def touching_area(frame):
 
 def on_coarse_meshes(body, edges=EDGES):
     """Final areas (n_edges, n_ranges, 2) [a0^2] of Fig. 6's cases, bound at the kink and of touching nodes."""
-    changes = [{"model": body, "mesh": f"{{front_edge: {e}, far_edge: {e}, layout: spiral}}", **COARSE} for e in edges]
+    changes = [
+        {"model": body, "mesh": f"{{front_edge: {e}, far_edge: {e}, layout: spiral}}", **COARSE} for e in edges
+    ]
     runs = [[(name, change) for name in figure6.CASES] for change in changes]
     study.prepare([run for row in runs for run in row])
     return np.array([
@@ -62,17 +66,26 @@ def draw(out=study.OUT):
     study.table(
         f"one product T_max d_c = {law.traction * law.cutoff:g}: areas [a0^2]",
         ["d_c", "A(0.044)", "A(0.128)", "at the end"],
-        [(d, *(float(study.area_at(h, t)) for t in (0.044, 0.128)), float(h["binding_area"][-1])) for d, h in zip(RANGES, one)],
+        [
+            (d, *(float(study.area_at(h, t)) for t in (0.044, 0.128)), float(h["binding_area"][-1]))
+            for d, h in zip(RANGES, one)
+        ],
     )
     for body, areas in coarse.items():
         study.table(
             f"{body}, coarse: final areas [a0^2] by d_c, bound at the kink | of touching nodes; largest / smallest",
             ["edge", *(f"{d:g}" for d in ranges), *(f"{d:g}" for d in ranges), "kink", "nodes"],
-            [(e, *map(float, row.T.ravel()), *map(float, row.max(axis=0) / row.min(axis=0))) for e, row in zip(EDGES, areas)],
+            [
+                (e, *map(float, row.T.ravel()), *map(float, row.max(axis=0) / row.min(axis=0)))
+                for e, row in zip(EDGES, areas)
+            ],
         )
 
     def fill(products, meshes):
-        for some, marker, color, label in ((by_traction, "o", DARK, "Fig. 5: $T_\\mathrm{max}$ varied"), (by_range, "s", RED, "Fig. 6: $d_c$ varied")):
+        for some, marker, color, label in (
+            (by_traction, "o", DARK, "Fig. 5: $T_\\mathrm{max}$ varied"),
+            (by_range, "s", RED, "Fig. 6: $d_c$ varied"),
+        ):
             x = [c.value("adhesion.traction") * c.value("adhesion.cutoff") for c in some]
             products.errorbar(x, [c.final for c in some], [c.final * c.error() for c in some], fmt=marker, color=color,
                               markerfacecolor="white" if marker == "s" else color, label=label)  # fmt: skip
@@ -82,7 +95,14 @@ def draw(out=study.OUT):
         products.set(xlabel=r"product $T_\mathrm{max} d_c$ [$kT/a_0^2$]", ylabel="final binding area $A$ [$a_0^2$]")
         products.set(xlim=(0.0, 1.1 * max(product)), ylim=(0.0, 0.8))
         products.legend(loc="lower right")
-        meshes.errorbar(ranges, [c.final for c in by_range], [c.final * c.error() for c in by_range], fmt="o-", color=DARK, label="resolved")
+        meshes.errorbar(
+            ranges,
+            [c.final for c in by_range],
+            [c.final * c.error() for c in by_range],
+            fmt="o-",
+            color=DARK,
+            label="resolved",
+        )
         for (body, areas), shift in zip(coarse.items(), (-0.002, 0.002)):
             color, marker = BODIES[body]
             for k, (how, filled) in enumerate((("bound", True), ("touching nodes", False))):
@@ -90,8 +110,12 @@ def draw(out=study.OUT):
                 reach = abs(np.array([areas[:, :, k].min(axis=0), areas[:, :, k].max(axis=0)]) - middle)
                 meshes.errorbar(np.array(ranges) + shift * (1 + 2 * k), middle, reach, fmt=marker, color=color, capsize=2,
                                 markerfacecolor=color if filled else "white", linewidth=0.8, label=f"{body}, {how}")  # fmt: skip
-        meshes.set(xlabel="range $d_c$ of the traction [$a_0$]", ylabel="final binding area $A$ [$a_0^2$]", ylim=(0.0, 1.0))
-        meshes.legend(loc="lower right", title=f"mean and range of edges {EDGES[0]:g} to {EDGES[-1]:g}", title_fontsize=7)
+        meshes.set(
+            xlabel="range $d_c$ of the traction [$a_0$]", ylabel="final binding area $A$ [$a_0^2$]", ylim=(0.0, 1.0)
+        )
+        meshes.legend(
+            loc="lower right", title=f"mean and range of edges {EDGES[0]:g} to {EDGES[-1]:g}", title_fontsize=7
+        )
 
     study.panels(fill, "cutoff", out, size=(7.2, 3.2))
 

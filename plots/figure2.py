@@ -3,6 +3,7 @@
 Above, the vesicle on the substrate; below, the same from under the substrate, which is glass: the contact with the
 receptors it has gathered, the front, where they are densest at first, and the lack of them outside it.
 """
+
 import matplotlib
 import numpy as np
 import paper

@@ -1,4 +1,5 @@
-"""Fig. 3: the binding area of the typical case, A(t), and its local exponent: fast, then sub-linear, then constant."""
+"""Fig. 3: the binding area of the typical case, A(t), and its local exponent: fast, sub-linear, constant."""
+
 import paper
 import study
 from study import DARK
@@ -14,7 +15,9 @@ def draw(out=study.OUT):
 
     def fill(areas, slopes):
         paper.draw_areas(areas, [curve], KEY, until=1.2)
-        areas.plot(shown, curve.at(shown), "o", color=DARK, markerfacecolor="white", clip_on=False, label="shapes of Fig. 2")
+        areas.plot(
+            shown, curve.at(shown), "o", color=DARK, markerfacecolor="white", clip_on=False, label="shapes of Fig. 2"
+        )
         areas.legend(loc="lower right")
         areas.set_ylim(0.0, 0.8)
         paper.draw_slopes(slopes, [curve])

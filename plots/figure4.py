@@ -1,4 +1,5 @@
 """Fig. 4: stiffer membranes spread more slowly and less: A(t) for four moduli K, and what sets the curves apart."""
+
 import paper
 import study
 

@@ -1,4 +1,5 @@
 """Fig. 5: stronger traction spreads faster and farther: A(t) for four T_max, and what sets the curves apart."""
+
 import paper
 import study
 

@@ -1,7 +1,8 @@
-"""Fig. 6: A(t) for three ranges of the traction, once at one traction T_max, as printed, once at one product T_max d_c.
+"""Fig. 6: A(t) for three ranges of the traction, at one T_max, as printed, and at one product T_max d_c.
 
 The product is what a receptor gains by binding fully, twice over (`plots/cutoff.py`).
 """
+
 import paper
 import study
 
@@ -12,7 +13,9 @@ KEY = "adhesion.cutoff"
 def at_one_product():
     """The curves with the traction changed so that T_max d_c is that of the middle one."""
     shorter, law, longer = (paper.wished(name, {}).adhesion for name in CASES)
-    other = [{"adhesion.traction": float(f"{law.traction * law.cutoff / d:.6g}")} for d in (shorter.cutoff, longer.cutoff)]
+    other = [
+        {"adhesion.traction": float(f"{law.traction * law.cutoff / d:.6g}")} for d in (shorter.cutoff, longer.cutoff)
+    ]
     return paper.curves(CASES, [other[0], {}, other[1]])
 
 

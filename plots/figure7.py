@@ -1,9 +1,10 @@
-"""Fig. 7: A(t) for four ratios of ligands to receptors, with mobility held (drift number M q) and with drift number held.
+"""Fig. 7: A(t) for four ratios of ligands to receptors, with mobility held and with drift number held.
 
 Below, local exponents. A front that captures receptors at density q out of an infinite medium, held back by their
 diffusion alone, runs as A = 4 pi alpha^2 t, exponent 1, whatever q (tests/data/README.md): the exponent tells how far
 the vesicle's finite supply and the membrane's resistance hold the front back.
 """
+
 import csv
 
 import paper

@@ -10,6 +10,7 @@ range of the traction. So
 The angle is that of the nearly straight rise; how much it depends on the height is printed (ANGLES_AT). The radius
 belongs to its arc: without bending stiffness the turn is the sharper, the closer to the plane it is looked at.
 """
+
 import numpy as np
 import paper
 import study
@@ -43,7 +44,7 @@ def front_shape(x, cutoff):
 
 
 def measure(name, times=TIMES, changes=None):
-    """Times (n,); radius and angles (n, 4) as in `front_shape`, at ACCURACY and of a finer run; meridians of the first."""
+    """Times (n,); radius and angles (n, 4) as in `front_shape`, at ACCURACY and finer; meridians of the first."""
     wish = {"model": "axisymmetric", "output.frames": list(times), **(changes or {})}
     accuracies = ACCURACY, ACCURACY * paper.FINER
     study.prepare([(name, {**wish, "accuracy": accuracy}) for accuracy in accuracies])
@@ -68,7 +69,7 @@ def draw(out=study.OUT):
     for name, (t, coarse, fine, _) in measured.items():
         rows = [int(np.argmin(abs(t - time))) for time in SHOWN]
         study.table(
-            f"{name}: radius of curvature [a0], spreading angle, angles at {ANGLES_AT} d_c [degrees]; error of the first two",
+            f"{name}: radius of curvature [a0], spreading angle, angles at {ANGLES_AT} d_c [°]; two errors",
             ["t", "radius", "angle", "lower", "upper", "error", "error"],
             [(float(t[i]), float(coarse[i, 0]), *map(float, np.degrees(coarse[i, 1:])), *map(float, abs(fine - coarse)[i, :2] * (1, 57.3)))
              for i in rows],
@@ -85,7 +86,13 @@ def draw(out=study.OUT):
         for height in (*ARC, ANGLE_AT):
             shapes.axhline(height * cutoff, color="0.75", linewidth=0.5, zorder=0)
         shapes.fill_between((-0.1, 0.1), -0.012, 0.0, color="0.85", linewidth=0)
-        shapes.set(xlabel="$r - r_\\mathrm{front}$ [$a_0$]", ylabel="gap $z$ [$a_0$]", aspect="equal", xlim=(-0.1, 0.1), ylim=(-0.012, 0.15))
+        shapes.set(
+            xlabel="$r - r_\\mathrm{front}$ [$a_0$]",
+            ylabel="gap $z$ [$a_0$]",
+            aspect="equal",
+            xlim=(-0.1, 0.1),
+            ylim=(-0.012, 0.15),
+        )
         shapes.legend(loc="upper left", handlelength=2.0)
         for (name, (t, coarse, fine, _)), (color, line) in zip(measured.items(), LOOKS):
             law = paper.wished(name, {})

@@ -1,11 +1,12 @@
 """Fig. 9: the front of the soft case after a random displacement of 2 % at t = 0.140, each beside its control.
 
-Three meshes: as coarse as the paper's and irregular, finer and irregular, and symmetric under turns by 60 degrees. The
+Three meshes: as coarse as the paper's and irregular, finer and irregular, and symmetric under turns by 60°. The
 control is the same run, stopped and taken up again at the same time, with nothing displaced. What the paper shows,
 visible modulations of the front, has to be told from what the mesh does to an undisturbed front: the displacement's
 own work is the difference of the two. The front is read in three ways: as the contour of bound membrane, cut at the
 kink; as a contour well above the plane; and as the rim of the nodes that touch, which moves element by element.
 """
+
 import numpy as np
 import paper
 import study
@@ -56,7 +57,7 @@ def spread(radius, mean=None):
 
 
 def measure(name, times=TIMES, changes=None):
-    """By way of reading and time: front of the displaced run and of its control, (360,) each; and the control's shape."""
+    """By way of reading and time: fronts of the displaced run and its control, (360,) each; the control's shapes."""
     runs = [(name + suffix, changes or {}) for suffix in ("", CONTROL)]
     study.prepare(runs)
     cutoff = paper.wished(*runs[0]).adhesion.cutoff
@@ -86,7 +87,9 @@ def base_radius():
 def draw_contact(ax, frame):
     """The faces that touch, to scale, from the side of the substrate."""
     x, y, _ = frame["position"].T
-    ax.tripcolor(x, y, touching(frame), np.zeros(len(x)), cmap="Greys", vmin=-0.35, vmax=1.0, edgecolors="0.55", linewidth=0.2)
+    ax.tripcolor(
+        x, y, touching(frame), np.zeros(len(x)), cmap="Greys", vmin=-0.35, vmax=1.0, edgecolors="0.55", linewidth=0.2
+    )
     ax.set(aspect="equal", xlim=(-0.6, 0.6), ylim=(-0.6, 0.6), xticks=(-0.5, 0, 0.5), yticks=(-0.5, 0, 0.5))
 
 
@@ -99,7 +102,10 @@ def draw(out=study.OUT):
         ["mesh", "read at", "t", "displaced", "control", "difference"],
         [row for name, (fronts, _) in every.items() for row in modulations(name, fronts)],
     )
-    looks = {"displaced": {"color": DARK, "linewidth": 1.0}, "control": {"color": RED, "linewidth": 0.9, "linestyle": (0, (3, 1.5))}}
+    looks = {
+        "displaced": {"color": DARK, "linewidth": 1.0},
+        "control": {"color": RED, "linewidth": 0.9, "linestyle": (0, (3, 1.5))},
+    }
 
     def fill(figure):
         axes = figure.subplots(len(every), 1 + len(TIMES), width_ratios=[0.9] + [1.0] * len(TIMES))

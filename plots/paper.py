@@ -4,6 +4,7 @@ A curve is a case of configs/, run at its own accuracy wish and once more at a q
 the wish (README, "Accuracy"), so the difference of the two runs is three quarters of the error of the first; what is
 given as the error is the largest relative one of all t >= 0.01, mesh, step and tolerance together.
 """
+
 import numpy as np
 import study
 from study import DARK, GREEN, LIGHT, RED
@@ -12,7 +13,13 @@ from vesdyn.case import load_case
 
 FINER = 0.25  # wish of the second run / wish of the first
 START = 0.01  # errors are those after this time [a0^2/D]
-LOOKS = ((DARK, "-"), (RED, "--"), (GREEN, "-."), (LIGHT, (0, (4, 1, 1, 1, 1, 1))), ("0.5", ":"))  # from dark to light
+LOOKS = (
+    (DARK, "-"),
+    (RED, "--"),
+    (GREEN, "-."),
+    (LIGHT, (0, (4, 1, 1, 1, 1, 1))),
+    ("0.5", ":"),
+)  # from dark to light
 ON_MERIDIAN = {"model": "axisymmetric", "mesh.front_edge": "auto", "mesh.far_edge": "auto", "time.step": "auto"}
 TIME = "time $t$ [$a_0^2/D$]"
 AREA = "binding area $A$ [$a_0^2$]"
@@ -105,7 +112,7 @@ def time_of(rows, part):
 
 
 def curves(names, changes=None):
-    """The curves of the cases ``names``, all with the same ``changes`` or each with its own; what is missing is run."""
+    """The curves of the cases ``names``, with the same ``changes`` or each with its own; run if need be."""
     changes = changes if isinstance(changes, list) else [changes or {}] * len(names)
     study.prepare([run for name, change in zip(names, changes) for run in both_runs(name, change)])
     return [Curve(name, change) for name, change in zip(names, changes)]
@@ -147,7 +154,9 @@ def draw_areas(ax, some, key, until=None):
         t, area = curve.rows["time"], curve.rows["binding_area"]
         t, area = np.concatenate([[0.0], t, [max(end, t[-1])]]), np.concatenate([[0.0], area, area[-1:]])
         ax.plot(t, area, color=color, linestyle=line, label=curve.label(key))
-        ax.fill_between(t, area * (1 - curve.error()), area * (1 + curve.error()), color=color, alpha=0.25, linewidth=0)
+        ax.fill_between(
+            t, area * (1 - curve.error()), area * (1 + curve.error()), color=color, alpha=0.25, linewidth=0
+        )
     ax.set(xlabel=TIME, ylabel=AREA, xlim=(0.0, end), ylim=(0.0, None))
     ax.legend(loc="lower right", title=UNITS.get(key) and f"{SYMBOLS[key]} in {UNITS[key]}", title_fontsize=7)
 
@@ -166,14 +175,22 @@ def draw_separations(ax, some, key):
     study.plain(ax.xaxis, (0.01, 0.03, 0.1, 0.3, 1.0, 3.0))
     study.plain(ax.yaxis, (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0))
     study.as_percent(ax.yaxis)
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 0.12), title="thin: errors of the two together", title_fontsize=7)
+    ax.legend(
+        loc="lower center", bbox_to_anchor=(0.5, 0.12), title="thin: errors of the two together", title_fontsize=7
+    )
 
 
 def draw_slopes(ax, some, key=None):
     """Local exponents of A(t) until 99 % of the final area, beside the 1 of a front that diffusion alone feeds."""
     for curve, (color, line) in zip(some, LOOKS):
         times = np.geomspace(0.006, max(0.01, curve.time_of(0.99)), 120)
-        ax.semilogx(times, curve.slope(times), color=color, linestyle=line, label=key and f"{SYMBOLS[key]} = {curve.value(key):g}")
+        ax.semilogx(
+            times,
+            curve.slope(times),
+            color=color,
+            linestyle=line,
+            label=key and f"{SYMBOLS[key]} = {curve.value(key):g}",
+        )
     ax.axhline(1.0, color="0.6", linewidth=0.7)
     ax.annotate("infinite medium", (0.99, 1.0), xycoords=("axes fraction", "data"), xytext=(0, 2), textcoords="offset points",
                 ha="right", color="0.35", fontsize=7)  # fmt: skip

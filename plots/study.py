@@ -85,7 +85,9 @@ def run_directory(scene, changes):
         return RUNS.parent / scene
     words = [f"{key.split('.')[-1]}={value}" for key, value in changes.items()]
     name = re.sub(r"[^A-Za-z0-9.=_-]+", "", "_".join([scene, *words]))
-    return RUNS / (name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 9]}-{zlib.crc32(name.encode()):08x}")
+    if len(name) > LONGEST_NAME:
+        name = f"{name[: LONGEST_NAME - 9]}-{zlib.crc32(name.encode()):08x}"
+    return RUNS / name
 
 
 def note_file(what, changes, suffix):
@@ -136,7 +138,7 @@ def history(scene, changes):
 
 
 def frames(scene, changes):
-    """Stored shapes of ``scene`` with ``changes``, in order: dicts of the time, the elements and the stored arrays."""
+    """Stored shapes of ``scene`` with ``changes``, in order: dicts of time, elements and stored arrays."""
     with h5py.File(finished(scene, changes).frames_file, "r") as file:
         groups = sorted((file[name] for name in file if name != "connectivity"), key=lambda g: g.attrs["time"])
         elements = file["connectivity"][()]
@@ -226,7 +228,8 @@ def table(title, header, rows):
 
 
 def panels(draw, name, out, size, shape=(1, 2)):
-    """Let ``draw(a, b, ...)`` fill ``shape`` rows and columns of panels; store them as ``out``/``name``.png and .pdf."""
+    """Let ``draw(a, b, ...)`` fill ``shape`` rows and columns of panels; store ``out``/``name``.png and .pdf."""
+
     def filled(figure):
         axes = figure.subplots(*shape, squeeze=False).ravel()
         draw(*axes)
