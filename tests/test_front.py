@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from measure import straight_shares
+from measure import sphere, straight_shares
 
+from vesdyn.body import area_below, set_shares_below
 from vesdyn.front import contact_radius, front_points, front_radius
 
 
@@ -52,3 +53,21 @@ def test_no_contact_no_front(columns):
     edges = np.array([[0, 1], [1, 2]])
     assert len(front_radius(x, edges, straight_shares(x, edges, 0.1))) == 0
     assert contact_radius(x, edges, straight_shares(x, edges, 0.1)) == 0.0
+
+
+@pytest.mark.parametrize("model", ["axisymmetric", "surface"])
+def test_an_annulus_is_counted_as_one(model):
+    """A contact disc whose centre is lifted to a cone: its area is missing, and its rim is not the front."""
+    flat, body = sphere(model, 0.02, 0.05, thickness=0.0)
+    r = np.hypot(*flat[:, :-1].T) if model == "surface" else flat[:, 0]
+    flat[:, -1] = np.where(flat[:, -1] < 0.1, 0.0, flat[:, -1])  # a disc of radius 0.3
+    lifted = flat.copy()
+    cone = (r < 0.1) & (flat[:, -1] == 0.0)
+    lifted[cone, -1] = 0.1 - r[cone]
+    area, radius = {}, {}
+    for name, x in (("disc", flat), ("annulus", lifted)):
+        share = np.zeros(len(body.edges))
+        set_shares_below(body, x, 0.002, share)
+        area[name], radius[name] = area_below(body, x, 0.002, share), contact_radius(x, body.edges, share)
+    assert area["disc"] - area["annulus"] == pytest.approx(np.pi * 0.1**2, rel=0.1)  # half an edge of the rim
+    assert radius["annulus"] == pytest.approx(radius["disc"], rel=1e-3)

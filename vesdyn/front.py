@@ -21,7 +21,8 @@ def front_points(x, edges, share):
 def front_radius(x, edges, share, n_angles=360):
     """Radius (n_angles,) [a0] of the front about its own centre at equal angles; empty before contact.
 
-    An axisymmetric body has one radius, its outermost.
+    The outer rim: where the centre has lifted off, points within half the largest radius are the inner one's. An
+    axisymmetric body has one radius, its outermost.
     """
     points = front_points(x, edges, share)
     if len(points) == 0:
@@ -29,6 +30,8 @@ def front_radius(x, edges, share, n_angles=360):
     if points.shape[1] == 1:
         return points.max(axis=0)
     points = points - points.mean(axis=0)
+    distance = np.hypot(*points.T)
+    points = points[distance >= 0.5 * distance.max()]
     angle = np.arctan2(points[:, 1], points[:, 0])
     order = np.argsort(angle)
     radius = np.hypot(points[order, 0], points[order, 1])

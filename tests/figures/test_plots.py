@@ -26,6 +26,8 @@ import paper
 import speed
 import staircase
 import study
+import thickness
+import wrinkling
 
 from vesdyn import run
 
@@ -107,6 +109,22 @@ def test_calibration_finds_the_drag_and_mobility_of_a_run(tmp_path, brief, monke
     assert calibration.measure(calibration.ACCURACY)[1] == pytest.approx(hidden, rel=0.01)
     calibration.draw(tmp_path / "out")
     assert drawn(tmp_path / "out") == ["calibration.pdf", "calibration.png"]
+
+
+def test_thickness(tmp_path, brief, monkeypatch):
+    monkeypatch.setattr(thickness, "LOOKS", {0.0: ("k", "-"), 0.05: ("r", "--")})
+    monkeypatch.setattr(thickness, "SHOWN", 0.016)
+    monkeypatch.setattr(thickness, "ITERATIONS", 1)
+    monkeypatch.setattr(calibration, "READ", (("front", 0.28, 0.003), ("density", 2.3, 0.2)))
+    thickness.draw(tmp_path / "out")
+    assert drawn(tmp_path / "out") == ["thickness.pdf", "thickness.png"]
+
+
+def test_wrinkling(tmp_path):
+    in_space = {"mode": 5, "thickness": 0.02, "edge": 0.1, "start": 0.01, "end": 0.03, "size": 1e-3}
+    looks = {0.0: ("r", "o"), 0.02: ("k", "s")}
+    wrinkling.main(tmp_path / "out", edges=(0.1, 0.08), curves=looks, thicknesses=(0.015, 0.02), in_space=in_space)
+    assert drawn(tmp_path / "out") == ["wrinkling.pdf", "wrinkling.png"]
 
 
 def test_cutoff(tmp_path, brief, monkeypatch):

@@ -1,0 +1,65 @@
+"""What `auto` decides: the body, and whether bending may be left out; wrinkles told where a membrane is slack."""
+
+import numpy as np
+import pytest
+
+from vesdyn.case import Case
+from vesdyn.planning import compression_note, plan, wrinkling
+
+BRIEF = {"time": {"end": 0.05, "step": "auto"}, "output": {"frames": ()}}
+AUTO = {"front_edge": "auto", "far_edge": "auto"}
+
+
+def planned(model="auto", accuracy=0.01, **membrane):
+    return plan(Case(name="a", model=model, accuracy=accuracy, mesh=AUTO, membrane=membrane, **BRIEF))
+
+
+def sentence(decisions, start):
+    (found,) = [text for text in decisions if text.startswith(start)]
+    return found
+
+
+def test_bending_is_left_out_where_it_does_little_and_nothing_is_slack():
+    case, decisions = planned(prestretch=1.2, thickness=0.0005, accuracy=0.02)
+    assert case.membrane.thickness == 0.0
+    assert "changes the binding area by 0." in sentence(decisions, "left out: bending;")
+    assert any(text.startswith("compression: none") for text in decisions)
+
+
+def test_bending_is_kept_where_its_effect_exceeds_the_wish():
+    case, decisions = planned(prestretch=1.2, thickness=0.02)
+    assert case.membrane.thickness == 0.02
+    assert "would differ by up to" in sentence(decisions, "bending: thickness 0.02;")
+
+
+def test_bending_is_kept_under_compression_whatever_its_effect():
+    case, decisions = planned(thickness=0.0005, accuracy=0.2)
+    assert case.membrane.thickness == 0.0005
+    assert "wrinkle at the scale of the mesh" in sentence(decisions, "bending: thickness")
+    assert "wavelength of about" in sentence(decisions, "compression:")
+
+
+def test_bending_is_never_left_out_of_a_body_that_was_asked_for():
+    case, _ = planned("axisymmetric", prestretch=1.2, thickness=0.0005, accuracy=0.02)
+    assert case.membrane.thickness == 0.0005
+
+
+def test_a_pure_membrane_says_so():
+    case, decisions = planned(thickness=0.0)
+    assert "left out: bending (membrane.thickness is 0)." in decisions
+    assert "without bending it would wrinkle at the scale of the mesh" in sentence(decisions, "compression:")
+
+
+def test_wrinkles_of_a_compressed_sheet():
+    """B = 0.3/3 * 0.1^2 = 1e-3, T = -0.02: k^2 = T/2B = 10, rate T^2/(4 B drag) = 0.1/drag."""
+    case = Case(name="a", drag=0.05, membrane={"shear_modulus": 0.3, "thickness": 0.1})
+    text = wrinkling(case, -0.02)
+    assert f"{2 * np.pi / np.sqrt(10):.2g} a0" in text
+    assert "in 0.5 a0^2/D" in text
+
+
+@pytest.mark.parametrize("model, tension, told", [("axisymmetric", -0.1, True), ("axisymmetric", 0.0, False), ("surface", -0.1, False)])
+def test_only_a_meridian_under_compression_notes_it(model, tension, told):
+    history = {"time": [0.1], "free_tension_min": [tension], "free_tension_min_height": [0.2]}
+    note = compression_note(Case(name="a", model=model), history)
+    assert (note is not None) == told
