@@ -1,4 +1,4 @@
-"""Surface against meridian: where the membrane is in tension they agree, where it is in compression a surface wrinkles.
+"""Surface against meridian: thanks to bending they agree in tension and in compression.
 
 The same scenes on both bodies, the meridian at an accuracy wish of 0.3 %, the surface at 2 %: the typical case, the
 soft case of Fig. 9, and the typical case with a prestretch of 1.05, in tension everywhere.
