@@ -159,7 +159,7 @@ def main(out=study.OUT, edges=EDGES, curves=CURVES, thicknesses=THICKNESSES, in_
         study.plain(wavelength.yaxis, (0.05, 0.1, 0.2, 0.4))
         amplitude.semilogy(rows[:, 0], rows[:, 1], color=DARK, marker="s", markersize=3, linestyle="none", label="in three dimensions")
         amplitude.semilogy(times, expected, color="0.4", label=r"$\exp\int\sigma_m\,dt$")
-        amplitude.set(xlabel="time $t$ [$a_0^2/D$]", ylabel=f"amplitude of $m$ = {in_space['mode']} [$a_0$]")
+        amplitude.set(xticks=(0.03, 0.06, 0.09, 0.12), xlabel="time $t$ [$a_0^2/D$]", ylabel=f"amplitude of $m$ = {in_space['mode']} [$a_0$]")
         lines = ", ".join(f"{e:g} {name}" for e, name in zip(edges, ("full", "dashed", "dotted")))
         study.legend_below(spectrum, title=f"edge: {lines}")
         study.legend_below(wavelength)
