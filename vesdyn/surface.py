@@ -345,9 +345,9 @@ def add_stiffness_bounds(body, x, pressure, bound):
 def add_bending_bounds(body, x, bound):
     """Add to ``bound`` (n_vertices,) [kT/a0^2] what bounds the stiffness of bending.
 
-    With s_ab = D_ab - Gamma_ab^c C_c and c = |C_c g^c| of a neighbour, the second variation of the energy of a
-    vertex is A0 (B |s dx|^2 + 2 m_ab s_ab dx . dn - m_ab b_ab |dn|^2), |dn| <= sum c |dx|; by Cauchy-Schwarz
-    every node carries its own weight times the sum over all.
+    With s_ab = D_ab - Gamma_ab^c C_c and c = |C_c g^c| of a node, the second variation of the energy of a vertex
+    is A0 (dm_ab s_ab dx . n + 2 m_ab s_ab dx . dn - m_ab b_ab |dn|^2), dm the moments of s dx . n and |dn| <=
+    sum c |dx|: every node carries the sum over all of what a pair of them can contribute (Gerschgorin).
     """
     stencils, w, B = body.stencils, body.stencils.weight, body.bending_stiffness
     for i in range(stencils.start.shape[0] - 1):
@@ -359,29 +359,28 @@ def add_bending_bounds(body, x, bound):
         a2, b2 = (G22 * dot(h22, g1) - G12 * dot(h22, g2)) / JJ, (G11 * dot(h22, g2) - G12 * dot(h22, g1)) / JJ
         a3, b3 = (G22 * dot(h12, g1) - G12 * dot(h12, g2)) / JJ, (G11 * dot(h12, g2) - G12 * dot(h12, g1)) / JJ
         work = abs(m11 * dot(n, h11) + m22 * dot(n, h22) + m12 * dot(n, h12))
-        first, last = stencils.start[i], stencils.start[i + 1]
-        all_s = all_c = all_m = 0.0  # sums over the nodes of the stencil, vertex i (k = last) among them
-        own_s1 = own_s2 = own_s3 = own_C1 = own_C2 = 0.0
-        for again in range(2):
-            for k in range(first, last + 1):
-                if k < last:
-                    j = stencils.neighbour[k]
-                    C1, C2 = w[k, 0], w[k, 1]
-                    s1 = w[k, 2] - a1 * C1 - b1 * C2
-                    s2 = w[k, 3] - a2 * C1 - b2 * C2
-                    s3 = w[k, 4] - a3 * C1 - b3 * C2
-                else:
-                    j, C1, C2, s1, s2, s3 = i, own_C1, own_C2, own_s1, own_s2, own_s3
-                s = np.sqrt(B * (s1 * s1 + s2 * s2 + s1 * s2 + s3 * s3))
-                c = np.sqrt(max(0.0, (G22 * C1 * C1 - 2.0 * G12 * C1 * C2 + G11 * C2 * C2) / JJ))
-                m = abs(m11 * s1 + m22 * s2 + m12 * s3)
-                if again:
-                    bound[j] += body.reference_area[i] * (s * all_s + m * all_c + c * all_m + work * c * all_c)
-                else:
-                    all_s, all_c, all_m = all_s + s, all_c + c, all_m + m
-                    if k < last:
-                        own_s1, own_s2, own_s3 = own_s1 - s1, own_s2 - s2, own_s3 - s3
-                        own_C1, own_C2 = own_C1 - C1, own_C2 - C2
+        start, count = stencils.start[i], stencils.start[i + 1] - stencils.start[i]
+        C, s = np.zeros((count + 1, 2)), np.zeros((count + 1, 3))  # of the neighbours and, last, of vertex i
+        for k in range(count):
+            C1, C2 = C[k] = w[start + k, 0], w[start + k, 1]
+            s[k] = (
+                w[start + k, 2] - a1 * C1 - b1 * C2,
+                w[start + k, 3] - a2 * C1 - b2 * C2,
+                w[start + k, 4] - a3 * C1 - b3 * C2,
+            )
+            C[count] -= C[k]
+            s[count] -= s[k]
+        C1, C2 = C[:, 0], C[:, 1]
+        c = np.sqrt(np.maximum(0.0, (G22 * C1 * C1 - 2.0 * G12 * C1 * C2 + G11 * C2 * C2) / JJ))
+        m = np.abs(m11 * s[:, 0] + m22 * s[:, 1] + m12 * s[:, 2])
+        all_c, all_m = np.sum(c), np.sum(m)
+        for k in range(count + 1):
+            j = stencils.neighbour[start + k] if k < count else i
+            dm = bending_moments(B, s[k, 0], s[k, 1], s[k, 2])
+            material = 0.0
+            for l in range(count + 1):
+                material += abs(dot(dm, s[l]))
+            bound[j] += body.reference_area[i] * (material + m[k] * all_c + c[k] * all_m + work * c[k] * all_c)
 
 
 @generic.edge_conductances.register(Surface)
