@@ -28,6 +28,7 @@ from vesdyn.neo_hookean import (
 )
 
 ASSEMBLY = 0.75  # of the area terms; up to 0.61 is needed on meshes shaken by a fifth of an edge (tests/test_bodies)
+BLOCK = 64  # vertices whose bending forces are computed together: few enough for the fastest cache
 NO_STENCILS = Stencils(np.zeros(1, np.uint32), np.zeros(0, np.uint32), np.zeros((0, 5)))
 
 
@@ -137,7 +138,8 @@ def add_elastic_forces(body, x, nodal):
         nodal[c, 4] += Sy
         nodal[c, 5] += Sz
         nodal[c, 6] += A
-    add_bending_forces(body, x, nodal)
+    if body.bending_stiffness > 0.0:
+        add_bending_forces(body, x, nodal)
     return volume / 3.0
 
 
@@ -182,47 +184,79 @@ def curvature(body, x, i):
 
 
 @njit
-def moments(body, x, i):
-    """Moments m_11, m_22, 2 m_12 [kT/a0] at vertex ``i``, their components f_1, f_2 along the tangents, the normal.
+def moments(B, rest, g1, g2, h11, h22, h12):
+    """Moments m_11, m_22, 2 m_12 [kT/a0], their components f_1, f_2 along the tangents, the unit normal.
 
-    The force on neighbour j is -A0 (D_ab^j m_ab - C_a^j f_a) n (`vesdyn.koiter`).
+    ``rest`` is b_0; ``B`` times A0 gives the force on neighbour j as -(D_ab^j m_ab - C_a^j f_a) n (`vesdyn.koiter`).
     """
-    g1, g2, h11, h22, h12 = differences(body, x, i)
     N = cross(g1, g2)
-    JJ = dot(N, N)
-    per_J = 1.0 / np.sqrt(JJ)
+    per_J = 1.0 / np.sqrt(dot(N, N))
     n = N[0] * per_J, N[1] * per_J, N[2] * per_J
-    rest = body.rest_curvature
-    m11, m22, m12 = bending_moments(
-        body.bending_stiffness, dot(n, h11) - rest[i, 0], dot(n, h22) - rest[i, 1], dot(n, h12) - rest[i, 2]
-    )
+    m11, m22, m12 = bending_moments(B, dot(n, h11) - rest[0], dot(n, h22) - rest[1], dot(n, h12) - rest[2])
     H = (
         m11 * h11[0] + m22 * h22[0] + m12 * h12[0],
         m11 * h11[1] + m22 * h22[1] + m12 * h12[1],
         m11 * h11[2] + m22 * h22[2] + m12 * h12[2],
     )
-    G11, G12, G22, H1, H2 = dot(g1, g1), dot(g1, g2), dot(g2, g2), dot(H, g1), dot(H, g2)
-    return (m11, m22, m12), ((G22 * H1 - G12 * H2) / JJ, (G11 * H2 - G12 * H1) / JJ), n
+    H1, H2 = dot(H, g1) * per_J * per_J, dot(H, g2) * per_J * per_J
+    G11, G12, G22 = dot(g1, g1), dot(g1, g2), dot(g2, g2)
+    return (m11, m22, m12), (G22 * H1 - G12 * H2, G11 * H2 - G12 * H1), n
+
+
+@njit
+def column(table, row, e):
+    """Three numbers of column ``e`` from ``row`` on."""
+    return table[row, e], table[row + 1, e], table[row + 2, e]
+
+
+@njit
+def set_column(table, row, e, values):
+    """Overwrite them."""
+    table[row, e], table[row + 1, e], table[row + 2, e] = values
 
 
 @njit
 def add_bending_forces(body, x, nodal):
-    """Add the bending forces [kT/a0] to the first three columns of ``nodal``."""
-    stencils, w = body.stencils, body.stencils.weight
-    for i in range(stencils.start.shape[0] - 1):
-        (m11, m22, m12), (f1, f2), n = moments(body, x, i)
-        A0 = body.reference_area[i]
-        kept = 0.0
-        for k in range(stencils.start[i], stencils.start[i + 1]):
-            j = stencils.neighbour[k]
-            force = A0 * (w[k, 0] * f1 + w[k, 1] * f2 - w[k, 2] * m11 - w[k, 3] * m22 - w[k, 4] * m12)
-            kept += force
-            nodal[j, 0] += force * n[0]
-            nodal[j, 1] += force * n[1]
-            nodal[j, 2] += force * n[2]
-        nodal[i, 0] -= kept * n[0]
-        nodal[i, 1] -= kept * n[1]
-        nodal[i, 2] -= kept * n[2]
+    """Add the bending forces [kT/a0] to the first three columns of ``nodal``.
+
+    Block by block in three loops, sums, moments, forces: the second, the longest chain of operations but free of
+    lookups, is compiled to take several vertices at once.
+    """
+    stencils, w, rest = body.stencils, body.stencils.weight, body.rest_curvature
+    table = np.empty((19, BLOCK))  # one column a vertex
+    for first in range(0, rest.shape[0], BLOCK):
+        size = min(BLOCK, rest.shape[0] - first)
+        for e in range(size):
+            i = first + e
+            g1, g2, h11, h22, h12 = differences(body, x, i)
+            set_column(table, 0, e, g1)
+            set_column(table, 3, e, g2)
+            set_column(table, 6, e, h11)
+            set_column(table, 9, e, h22)
+            set_column(table, 12, e, h12)
+            set_column(table, 15, e, (rest[i, 0], rest[i, 1], rest[i, 2]))
+            table[18, e] = body.bending_stiffness * body.reference_area[i]
+        for e in range(size):
+            g1, g2, h11 = column(table, 0, e), column(table, 3, e), column(table, 6, e)
+            h22, h12, b_0 = column(table, 9, e), column(table, 12, e), column(table, 15, e)
+            m, f, n = moments(table[18, e], b_0, g1, g2, h11, h22, h12)
+            set_column(table, 0, e, m)
+            set_column(table, 3, e, n)
+            table[6, e], table[7, e] = f
+        for e in range(size):
+            i = first + e
+            (m11, m22, m12), n, f1, f2 = column(table, 0, e), column(table, 3, e), table[6, e], table[7, e]
+            kept = 0.0
+            for k in range(stencils.start[i], stencils.start[i + 1]):
+                j = stencils.neighbour[k]
+                force = w[k, 0] * f1 + w[k, 1] * f2 - w[k, 2] * m11 - w[k, 3] * m22 - w[k, 4] * m12
+                kept += force
+                nodal[j, 0] += force * n[0]
+                nodal[j, 1] += force * n[1]
+                nodal[j, 2] += force * n[2]
+            nodal[i, 0] -= kept * n[0]
+            nodal[i, 1] -= kept * n[1]
+            nodal[i, 2] -= kept * n[2]
 
 
 @njit
@@ -311,43 +345,42 @@ def add_stiffness_bounds(body, x, pressure, bound):
 def add_bending_bounds(body, x, bound):
     """Add to ``bound`` (n_vertices,) [kT/a0^2] what bounds the stiffness of bending.
 
-    With s_ab = D_ab - Gamma_ab^c C_c and c = |C_c g^c| of a neighbour, the second variation of the energy of a
-    vertex is A0 (B |s dx|^2 + 2 m_ab s_ab dx . dn - m_ab b_ab |dn|^2), |dn| <= sum c |dx|; by Cauchy-Schwarz
-    every node carries its own weight times the sum over all.
+    With s_ab = D_ab - Gamma_ab^c C_c and c = |C_c g^c| of a node, the second variation of the energy of a vertex
+    is A0 (dm_ab s_ab dx . n + 2 m_ab s_ab dx . dn - m_ab b_ab |dn|^2), dm the moments of s dx . n and |dn| <=
+    sum c |dx|: every node carries the sum over all of what a pair of them can contribute (Gerschgorin).
     """
     stencils, w, B = body.stencils, body.stencils.weight, body.bending_stiffness
     for i in range(stencils.start.shape[0] - 1):
         g1, g2, h11, h22, h12 = differences(body, x, i)
-        (m11, m22, m12), _, n = moments(body, x, i)
+        (m11, m22, m12), _, n = moments(B, body.rest_curvature[i], g1, g2, h11, h22, h12)
         G11, G12, G22 = dot(g1, g1), dot(g1, g2), dot(g2, g2)
         JJ = G11 * G22 - G12 * G12
         a1, b1 = (G22 * dot(h11, g1) - G12 * dot(h11, g2)) / JJ, (G11 * dot(h11, g2) - G12 * dot(h11, g1)) / JJ
         a2, b2 = (G22 * dot(h22, g1) - G12 * dot(h22, g2)) / JJ, (G11 * dot(h22, g2) - G12 * dot(h22, g1)) / JJ
         a3, b3 = (G22 * dot(h12, g1) - G12 * dot(h12, g2)) / JJ, (G11 * dot(h12, g2) - G12 * dot(h12, g1)) / JJ
         work = abs(m11 * dot(n, h11) + m22 * dot(n, h22) + m12 * dot(n, h12))
-        first, last = stencils.start[i], stencils.start[i + 1]
-        all_s = all_c = all_m = 0.0  # sums over the nodes of the stencil, vertex i (k = last) among them
-        own_s1 = own_s2 = own_s3 = own_C1 = own_C2 = 0.0
-        for again in range(2):
-            for k in range(first, last + 1):
-                if k < last:
-                    j = stencils.neighbour[k]
-                    C1, C2 = w[k, 0], w[k, 1]
-                    s1 = w[k, 2] - a1 * C1 - b1 * C2
-                    s2 = w[k, 3] - a2 * C1 - b2 * C2
-                    s3 = w[k, 4] - a3 * C1 - b3 * C2
-                else:
-                    j, C1, C2, s1, s2, s3 = i, own_C1, own_C2, own_s1, own_s2, own_s3
-                s = np.sqrt(B * (s1 * s1 + s2 * s2 + s1 * s2 + s3 * s3))
-                c = np.sqrt(max(0.0, (G22 * C1 * C1 - 2.0 * G12 * C1 * C2 + G11 * C2 * C2) / JJ))
-                m = abs(m11 * s1 + m22 * s2 + m12 * s3)
-                if again:
-                    bound[j] += body.reference_area[i] * (s * all_s + m * all_c + c * all_m + work * c * all_c)
-                else:
-                    all_s, all_c, all_m = all_s + s, all_c + c, all_m + m
-                    if k < last:
-                        own_s1, own_s2, own_s3 = own_s1 - s1, own_s2 - s2, own_s3 - s3
-                        own_C1, own_C2 = own_C1 - C1, own_C2 - C2
+        start, count = stencils.start[i], stencils.start[i + 1] - stencils.start[i]
+        C, s = np.zeros((count + 1, 2)), np.zeros((count + 1, 3))  # of the neighbours and, last, of vertex i
+        for k in range(count):
+            C1, C2 = C[k] = w[start + k, 0], w[start + k, 1]
+            s[k] = (
+                w[start + k, 2] - a1 * C1 - b1 * C2,
+                w[start + k, 3] - a2 * C1 - b2 * C2,
+                w[start + k, 4] - a3 * C1 - b3 * C2,
+            )
+            C[count] -= C[k]
+            s[count] -= s[k]
+        C1, C2 = C[:, 0], C[:, 1]
+        c = np.sqrt(np.maximum(0.0, (G22 * C1 * C1 - 2.0 * G12 * C1 * C2 + G11 * C2 * C2) / JJ))
+        m = np.abs(m11 * s[:, 0] + m22 * s[:, 1] + m12 * s[:, 2])
+        all_c, all_m = np.sum(c), np.sum(m)
+        for k in range(count + 1):
+            j = stencils.neighbour[start + k] if k < count else i
+            dm = bending_moments(B, s[k, 0], s[k, 1], s[k, 2])
+            material = 0.0
+            for l in range(count + 1):
+                material += abs(dot(dm, s[l]))
+            bound[j] += body.reference_area[i] * (material + m[k] * all_c + c[k] * all_m + work * c[k] * all_c)
 
 
 @generic.edge_conductances.register(Surface)
