@@ -375,9 +375,9 @@ def test_stiffness_bound_is_above_the_largest_eigenvalue(kind, deformed, pressur
 )  # fmt: skip
 @pytest.mark.parametrize("model, layout", LAYOUTS + [("surface", "shaken")])
 def test_bound_of_bending_alone(model, layout, deformed, size):
-    """A proof stands behind it (Cauchy-Schwarz vertex by vertex), so it holds on any mesh and shape."""
+    """A proof stands behind it (Gerschgorin, vertex by vertex), so it holds on any mesh and shape."""
     x, body = sphere(model, 0.12, None, 1.3, 1.05, layout, 0.1)
     bending = body._replace(shear_modulus=0.0)  # its own stiffness was settled above
     ratio = stiffness_ratio(bending, shaken(deformed(x), size, 1), 0.0)
     print(f"{model} {layout} shaken {size}: largest eigenvalue / bound of bending = {ratio:.3f}")
-    assert 0.3 < ratio < 1.0
+    assert 0.5 < ratio < 1.0

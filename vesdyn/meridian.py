@@ -197,8 +197,8 @@ def add_bending_forces(body, x, nodal):
 def add_bending_bounds(body, x, bound):
     """Add to ``bound`` (n_nodes,) [kT/a0^2] what bounds the stiffness of bending.
 
-    As on a surface (`vesdyn.surface.add_bending_bounds`): each of the three nodes carries its own weight times
-    the sum, of the material part s, of the moments m and of the turning of the normal c.
+    As on a surface (`vesdyn.surface.add_bending_bounds`), but each of the three nodes carries its own weight times
+    the sum also of the material part s: it hardly differs from that by pairs, b_1 outweighing b_2 (0.86 is needed).
     """
     B = body.bending_stiffness
     for i in range(x.shape[0]):
