@@ -44,6 +44,7 @@ def straight_shares(x, edges, level):
 def radii(model, layout, edge, end=END):
     """Times (n_steps,) and the front's radius [a0] as read in each way, step by step; computed once, then kept."""
     changes = {"model": model, "mesh.layout": layout, "mesh.front_edge": edge, "mesh.far_edge": 4 * edge, **STEP}
+    changes["membrane.thickness"] = 0.0  # the kink is sharpest without bending
     store = study.note_file("staircase", changes | {"time.end": end}, "npz")
     if not store.exists():
         sim = Spreading(study.case_of("typical", changes | {"time.end": end})[0])
