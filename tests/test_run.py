@@ -152,7 +152,15 @@ def test_interrupt_in_the_last_step_still_finishes(physics, tmp_path):
     assert run_case(CASE, tmp_path / "a").state == "finished"
 
 
-def test_second_interrupt_stops_within_the_step(physics, tmp_path, uninterrupted):
+@pytest.fixture
+def ctrl_c():
+    """Ctrl-C as on a terminal: a shell starts its background processes with SIGINT ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_second_interrupt_stops_within_the_step(physics, tmp_path, uninterrupted, ctrl_c):
     physics.before_step = interrupt_at(7, (signal.SIGINT, signal.SIGINT))
     outcome = run_case(CASE, tmp_path / "a")
     assert (outcome.state, outcome.steps) == ("interrupted", 7)
