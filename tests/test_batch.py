@@ -416,6 +416,7 @@ def test_killed_worker_of_a_cluster_loses_nothing(eight, tmp_path, cluster):
     assert_same(out, eight / "runs")
 
 
+@pytest.mark.verify
 def test_interrupt_reaches_a_cluster(eight, tmp_path, cluster):
     out = tmp_path / "runs"
     process = start(command(eight, out) + ["--scheduler", cluster.scheduler.address])

@@ -211,6 +211,7 @@ def _draw_title(figure, case):
     membrane, adhesion = case.membrane, case.adhesion
     parameters = (
         f"$K$ = {membrane.shear_modulus:g} $kT/a_0^2$",
+        f"$h$ = {membrane.thickness:g} $a_0$",
         f"prestretch {membrane.prestretch:g}",
         rf"$T_\mathrm{{max}}$ = {adhesion.traction:g} $kT/a_0^3$",
         f"$d_c$ = {adhesion.cutoff:g} $a_0$",
