@@ -8,14 +8,7 @@ KEY = "membrane.shear_modulus"
 
 
 def draw(out=study.OUT):
-    some = paper.curves(CASES)
-    paper.tabulate("Fig. 4", some, KEY)
-
-    def fill(areas, distances):
-        paper.draw_areas(areas, some, KEY, until=1.2)
-        paper.draw_separations(distances, some, KEY)
-
-    study.panels(fill, "figure4", out, size=(7.2, 3.4))
+    paper.draw_family(4, CASES, KEY, out)
 
 
 if __name__ == "__main__":

@@ -8,14 +8,7 @@ KEY = "adhesion.traction"
 
 
 def draw(out=study.OUT):
-    some = paper.curves(CASES)
-    paper.tabulate("Fig. 5", some, KEY)
-
-    def fill(areas, distances):
-        paper.draw_areas(areas, some, KEY, until=1.2)
-        paper.draw_separations(distances, some, KEY)
-
-    study.panels(fill, "figure5", out, size=(7.2, 3.4))
+    paper.draw_family(5, CASES, KEY, out)
 
 
 if __name__ == "__main__":

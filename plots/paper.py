@@ -198,6 +198,18 @@ def draw_slopes(ax, some, key=None):
     study.plain(ax.xaxis, (0.006, 0.01, 0.03, 0.1, 0.3, 1.0))
 
 
+def draw_family(number, names, key, out):
+    """Figure ``number``: A(t) of the cases ``names``, which differ in ``key``, and what sets them apart."""
+    some = curves(names)
+    tabulate(f"Fig. {number}", some, key)
+
+    def fill(areas, distances):
+        draw_areas(areas, some, key, until=1.2)
+        draw_separations(distances, some, key)
+
+    study.panels(fill, f"figure{number}", out, size=(7.2, 3.4))
+
+
 def tabulate(figure, some, key):
     """Print what the curves of a figure come to."""
     study.table(

@@ -91,7 +91,7 @@ def _balancing(second, slack, frame, normals, centre, neighbour, area):
     turned = turned - 2.0 * np.einsum("eka,ea->ek", turned, b)[..., None] * b[:, None]
     Q = np.einsum("eka,ela->ekl", frame[neighbour], turned)
     (c, s), (p, q) = np.moveaxis(Q[:, 0], -1, 0), np.moveaxis(Q[:, 1], -1, 0)
-    # M:D is invariant; D_ab acts on (uu, vv, uv) with uv counted once as in x,uv, so D_uv transforms like half a shear
+    # second derivatives x,uu, x,vv, x,uv in the neighbour's frame
     turn = np.stack(
         [
             np.stack([c * c, s * s, 2 * c * s], -1),
