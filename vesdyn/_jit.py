@@ -1,8 +1,9 @@
 """The project's one `njit`, and dispatch on the type of the body inside compiled code.
 
-Compiled code is cached on disk in a directory named by a hash of all sources: an edited kernel can
-never meet a stale copy of a helper from another file.
+Compiled code is cached on disk in a directory named by a hash of the sources that it is made from: an edited
+kernel can never meet a stale copy of a helper from another file, and an edited picture costs nothing.
 """
+import ast
 import functools
 import hashlib
 import os
@@ -16,9 +17,28 @@ from numba.extending import overload
 _FAST_MATH = {"contract", "reassoc", "arcp", "nsz"}
 
 
+def compiled_modules(package):
+    """Source files of the ``package`` (a directory) that compile kernels, and of all that these import from it."""
+    sources = {file.stem: file.read_text() for file in Path(package).glob("*.py")}
+    found, wanted = set(), [name for name, text in sources.items() if name == "_jit" or "from vesdyn._jit import" in text]
+    while wanted:
+        name = wanted.pop()
+        if name in sources and name not in found:
+            found.add(name)
+            wanted += _imports(sources[name])
+    return [Path(package) / f"{name}.py" for name in sorted(found)]
+
+
+def _imports(source):
+    """Names that may be modules of this package in the imports of the text ``source``."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "vesdyn":
+            yield from [node.module.removeprefix("vesdyn.")] if "." in node.module else [a.name for a in node.names]
+
+
 def _sources_hash():
     digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted(Path(__file__).parent.glob("*.py")):
+    for source in compiled_modules(Path(__file__).parent):
         digest.update(source.read_bytes())
     return digest.hexdigest()[:16]
 
