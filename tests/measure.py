@@ -9,9 +9,11 @@ from scipy.sparse.linalg import splu
 from scipy.spatial import ConvexHull, Delaunay
 
 from vesdyn import relaxation
-from vesdyn.adhesion import Adhesion
+from vesdyn.adhesion import Linear, TractionSeparation
+from vesdyn.balance import Balance, Limits, allocate
 from vesdyn.body import add_elastic_forces, add_stiffness_bounds
 from vesdyn.case import Case
+from vesdyn.diagnostics import Moment
 from vesdyn.meridian import build_meridian
 from vesdyn.meshing import graded_meridian, graded_sphere
 from vesdyn.spreading import Spreading
@@ -170,18 +172,20 @@ def linear_response(body, x, loads):
 
 def balance_of(body, x, volume=np.pi / 6.0, viscosity=0.0, traction=0.0, cutoff=0.1, frozen=True):
     """The balance of a membrane whose density is 1 at ``x``."""
-    adhesion = Adhesion(float(traction), float(cutoff), 8.0, frozen)
+    adhesion = TractionSeparation(Linear(float(cutoff)), float(traction), 8.0, frozen)
     number = forces(body, x)[2].copy()
-    return relaxation.Balance(body, adhesion, float(viscosity), float(volume), number, x.copy())
+    return Balance(body, adhesion, float(viscosity), float(volume), number, np.ones(len(x)), x.copy())
 
 
 def relaxed(balance, x, tolerance, kinetic=False, lighter=1.0, max_iterations=200_000, pressure=0.0):
-    """Relax a copy of ``x``; return it with the outcome. ``lighter`` divides the fictitious mass."""
-    x, work = x.copy(), relaxation.workspace(x)
-    relaxation.set_fictitious_mass(balance, x, float(pressure), work)
-    work.mass[:] /= lighter
-    controls = relaxation.Controls(float(tolerance), int(max_iterations), bool(kinetic))
-    return x, relaxation.relax(balance, controls, x, float(pressure), work)
+    """Relax a copy of ``x``; return it with the progress. ``lighter`` divides the fictitious mass."""
+    x, scratch = x.copy(), allocate(x)
+    relaxation.set_fictitious_mass(balance, x, float(pressure), scratch)
+    scratch.mass[:] /= lighter
+    limits = Limits(float(tolerance), int(max_iterations))
+    return x, relaxation.relax(
+        balance, limits, x, relaxation.begin(pressure, scratch), bool(kinetic), int(max_iterations), scratch
+    )
 
 
 def straight_shares(x, edges, level):
@@ -218,22 +222,29 @@ def static_case(model, front_edge, traction, prestretch=1.0, cutoff=0.1, shear_m
 
 def adhered(*arguments, **more):
     """A taut vesicle in static balance (`static_case`), reached in one step."""
-    spreading = Spreading(static_case(*arguments, **more))
-    spreading.advance(1.0)
-    return static_state(spreading)
+    sim = Spreading(static_case(*arguments, **more))
+    return static_state(Moment(sim, sim.advance(sim.start(), 1.0)))
 
 
-def static_state(spreading):
+def marched(sim, times, state=None):
+    """The `Moment` of ``sim`` after a coupling step to each of ``times``, from ``state`` or t = 0."""
+    state = sim.start() if state is None else state
+    for time in times:
+        state = sim.advance(state, time)
+    return Moment(sim, state)
+
+
+def static_state(moment):
     """Pressure, height, energy, and contact radius at z = 0, in the units of the tables.
 
     Next to the contact the membrane rises as z ~ s^2, so that the radius at height z is smooth in sqrt(z):
     measured at 1, 4 and 9 hundredths of the cutoff and continued by a parabola in sqrt(z) to z = 0.
     """
-    stretch = spreading.case.membrane.prestretch
-    row = spreading.history_row()
+    case = moment.sim.case
+    stretch = case.membrane.prestretch
+    row = moment.row()
     radii = [
-        mean_radius(spreading.x, spreading.body.edges, level * spreading.adhesion.cutoff)
-        for level in (0.01, 0.04, 0.09)
+        mean_radius(moment.x, moment.sim.body.edges, level * case.adhesion.cutoff) for level in (0.01, 0.04, 0.09)
     ]
     return {
         "pressure": row["pressure"] / stretch,

@@ -135,7 +135,7 @@ def test_overrides_replace_add_and_are_read_as_yaml(load):
         ("membrane: 3", "membrane", "not a section"),
         ("membrane: {shear_modulos: 1}", "membrane.shear_modulos", "unknown key, did you mean shear_modulus?"),
         ("shear_modulus: 1", "shear_modulus", "unknown key, did you mean membrane.shear_modulus?"),
-        ("colour: 1", "colour", "unknown key, leave it out; the keys here are name, model"),
+        ("xyzzy: 1", "xyzzy", "unknown key, leave it out; the keys here are name, model"),
         ("1: 2", "1", "unknown key"),
         ("adhesion: {cutoff: 0}", "adhesion.cutoff", "greater than 0"),
         ("adhesion: {ligand_ratio: 0}", "adhesion.ligand_ratio", "greater than 0"),

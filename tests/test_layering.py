@@ -6,11 +6,13 @@ from pathlib import Path
 import pytest
 
 LADDER = [
-    {"_jit"},
-    {"neo_hookean", "koiter", "curvature", "adhesion", "contact", "receptors", "body", "meshing", "front", "case"},
-    {"surface", "meridian", "relaxation"},
-    {"spreading", "modes"},
-    {"stepping"},
+    {"_jit", "errors"},
+    {"neo_hookean", "koiter", "curvature", "substrate", "receptors", "body", "meshing", "case"},
+    {"adhesion", "front"},
+    {"surface", "meridian", "balance"},
+    {"relaxation"},
+    {"spreading"},
+    {"stepping", "diagnostics", "modes"},
     {"planning"},
     {"storage"},
     {"pictures"},

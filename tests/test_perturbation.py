@@ -5,13 +5,14 @@ import signal
 import numpy as np
 import pytest
 
-from vesdyn import run
 from vesdyn.case import Case
+from vesdyn.diagnostics import Moment
 from vesdyn.front import displace_front
 from vesdyn.planning import plan
 from vesdyn.run import run_case
 from vesdyn.spreading import Spreading
-from vesdyn.stepping import step
+from vesdyn import stepping
+from vesdyn.stepping import march, step
 from vesdyn.storage import RunDirectory
 
 pytestmark = pytest.mark.filterwarnings("ignore:adhesion")  # coarse on purpose
@@ -35,24 +36,23 @@ def changed(case, **sections):
 
 @pytest.fixture(scope="module")
 def spread():
-    """The simulation at the time of the displacement."""
+    """The `Moment` of the displacement."""
     sim = Spreading(SOFT)
-    while sim.time < SOFT.perturbation.at:
-        step(sim, SOFT.perturbation.at)
-    return sim
+    state = next(state for state in march(sim) if state.time == SOFT.perturbation.at)
+    return Moment(sim, state)
 
 
-def normals(sim, x):
-    a, b, c = np.moveaxis(x[sim.body.elements], 1, 0)
+def normals(moment, x):
+    a, b, c = np.moveaxis(x[moment.sim.body.elements], 1, 0)
     return np.cross(b - a, c - a)
 
 
 @pytest.mark.parametrize("largest", [0.005, 0.02, 0.2])
 def test_rim_of_the_contact_moves_along_its_radius_and_nothing_else(spread, largest):
-    x = displace_front(spread.x, spread.body.edges, largest, np.random.default_rng(0))
+    x = displace_front(spread.x, spread.sim.body.edges, largest, np.random.default_rng(0))
     moved = np.flatnonzero(np.any(x != spread.x, axis=1))
     on_plane = spread.x[:, 2] == 0.0
-    neighbours_above = {i for e in spread.body.edges for i, j in (e, e[::-1]) if on_plane[i] and not on_plane[j]}
+    neighbours_above = {i for e in spread.sim.body.edges for i, j in (e, e[::-1]) if on_plane[i] and not on_plane[j]}
     assert set(moved) == neighbours_above and len(moved) > 10
     assert np.all(x[:, 2] == spread.x[:, 2])
     before, after = (np.hypot(y[moved, 0], y[moved, 1]) for y in (spread.x, x))
@@ -80,15 +80,13 @@ def test_shares_are_uniform_and_follow_the_seed():
 
 def test_motion_begins_anew_and_receptors_stay(spread):
     sim = Spreading(SOFT)
-    sim.restore(spread.state())
-    number = sim.number.copy()
-    sim.perturb_front()
-    assert np.array_equal(sim.number, number)
-    assert sim.density.min() > 0.0
-    step(sim, SOFT.perturbation.at + SOFT.time.step)
-    assert sim.steps == 1
-    assert abs(sim.history_row()["volume_error"]) < 1e-10  # the leap is made good within the step
-    assert abs(sim.history_row()["receptor_number_error"]) < 1e-12
+    displaced = sim.displace_front(spread.state)
+    assert np.array_equal(displaced.number, spread.state.number)
+    assert displaced.density.min() > 0.0
+    moment = Moment(sim, next(march(sim, spread.state)))
+    assert moment.state.steps == 1
+    assert abs(moment["volume_error"]) < 1e-10  # the leap is made good within the step
+    assert abs(moment["receptor_number_error"]) < 1e-12
 
 
 @pytest.mark.parametrize("length", [0.004, "auto"])
@@ -118,16 +116,17 @@ def undisturbed(tmp_path_factory):
 def test_interrupted_at_that_time_the_run_has_the_same_bits(tmp_path, monkeypatch, undisturbed, taken, how):
     done = []
 
-    def step_and_stop(sim, until):
+    def step_and_stop(*arguments):
         if how == "kill" and len(done) == taken:
             raise MemoryError  # after the displacement, before the next checkpoint
-        step(sim, until)
-        done.append(sim.time)
+        state = step(*arguments)
+        done.append(state.time)
         if how == "interrupt" and len(done) == taken:
             signal.raise_signal(signal.SIGINT)
+        return state
 
     with monkeypatch.context() as patch:
-        patch.setattr(run, "step", step_and_stop)
+        patch.setattr(stepping, "step", step_and_stop)
         if how == "kill":
             with pytest.raises(MemoryError):
                 run_case(SOFT, tmp_path, progress=False)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from measure import BODIES, balance_of, relaxed, sphere
 
-from vesdyn import relaxation
-from vesdyn.relaxation import CONVERGED, DIVERGED, STALLED
+from vesdyn.adhesion import adhesion_load
+from vesdyn.balance import CONVERGED, DIVERGED, STALLED, allocate, set_forces
 
 TOLERANCE = 1e-8
 DRAG = 0.07 / 0.002  # of the typical case, over its coupling step
@@ -46,10 +46,10 @@ def test_contact_is_complementary_and_the_volume_exact(model, viscosity, kinetic
     balance, start = spreading_balance(model, viscosity=viscosity)
     x, outcome = relaxed(balance, start, 1e-6, kinetic)
     assert outcome.status == CONVERGED
-    work = relaxation.workspace(x)
-    volume = relaxation.set_forces(balance, x, work)
+    scratch = allocate(x)
+    volume = set_forces(balance, x, scratch)
     d = x.shape[1]
-    load = work.nodal[:, :d] + outcome.pressure * work.nodal[:, d : 2 * d]
+    load = scratch.nodal[:, :d] + outcome.pressure * scratch.nodal[:, d : 2 * d]
     assert abs(volume / balance.volume - 1.0) <= 1e-10
     touching = x[:, -1] == 0.0
     assert x[:, -1].min() == 0.0 and 1 < touching.sum() < len(x)
@@ -63,33 +63,24 @@ def test_contact_is_complementary_and_the_volume_exact(model, viscosity, kinetic
     # so the plane carries the adhesion less what little is out of balance
     reaction = -load[touching, -1].sum()
     adhesion = sum(
-        relaxation.adhesion_load(balance.adhesion, x[i, -1], balance.number[i], work.area[i]) for i in range(len(x))
+        adhesion_load(balance.adhesion, x[i, -1], balance.number[i], scratch.area[i], 1.0) for i in range(len(x))
     )
     drag = np.sum(viscosity * balance.body.reference_area * (x - start)[:, -1])
     assert reaction == pytest.approx(adhesion + drag, rel=1e-4)
 
 
-def controls(max_iterations=20_000):
-    return relaxation.Controls(TOLERANCE, max_iterations, False)
-
-
 @pytest.mark.parametrize("model", BODIES)
-def test_too_few_iterations_are_a_stall_with_a_remedy(model):
+def test_too_few_iterations_are_a_stall(model):
     balance, x = spreading_balance(model)
     _, outcome = relaxed(balance, x, TOLERANCE, max_iterations=20)
     assert outcome.status == STALLED and outcome.iterations == 20
-    sentence = relaxation.explain(outcome, controls(20), 0.25, 0.002)
-    assert "stalled" in sentence and "t = 0.25" in sentence and "after 20 iterations" in sentence
-    assert "max_iterations" in sentence and "tolerance" in sentence
 
 
 @pytest.mark.parametrize("model", BODIES)
-def test_too_light_a_membrane_is_a_divergence_with_a_remedy(model):
+def test_too_light_a_membrane_is_a_divergence(model):
     balance, x = spreading_balance(model)
     _, outcome = relaxed(balance, x, TOLERANCE, lighter=10.0)
     assert outcome.status == DIVERGED
-    sentence = relaxation.explain(outcome, controls(), 0.25, 0.002)
-    assert "diverged" in sentence and "t = 0.25" in sentence and "reduce time.step" in sentence
 
 
 @pytest.mark.parametrize("model", BODIES)

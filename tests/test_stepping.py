@@ -4,27 +4,27 @@ import numpy as np
 import pytest
 
 from vesdyn.case import Case
-from vesdyn.spreading import Spreading
-from vesdyn.stepping import is_steady, step
+from vesdyn.diagnostics import Moment
+from vesdyn.spreading import Spreading, State
+from vesdyn.stepping import is_steady, march
 
 
 class Clock:
     """Stands in for Spreading: time alone."""
 
     def __init__(self, case):
-        self.case, self.time = case, 0.0
+        self.case = case
 
-    def advance(self, until):
-        self.time = until
+    def start(self):
+        return State(*[0.0] * len(State._fields))
+
+    def advance(self, state, until, pause):
+        return state._replace(time=until)
 
 
 def levels(end, length, frames=()):
     case = Case(name="x", time={"end": end, "step": length}, output={"frames": frames})
-    clock, times = Clock(case), []
-    while clock.time < end:
-        step(clock, next(t for t in case.stops if t > clock.time))
-        times.append(clock.time)
-    return np.array(times)
+    return np.array([state.time for state in march(Clock(case))])
 
 
 def test_frames_on_the_grid_change_nothing():
@@ -62,12 +62,7 @@ def adaptive(accuracy, end):
 def test_adaptive_steps_grow_from_the_singular_start_and_shrink_with_the_wish():
     taken = {}
     for accuracy in (0.04, 0.01):
-        sim = Spreading(adaptive(accuracy, 0.05))
-        lengths = []
-        while sim.time < 0.05:
-            before = sim.time
-            step(sim, 0.05)
-            lengths.append(sim.time - before)
+        lengths = [state.dt_before for state in march(Spreading(adaptive(accuracy, 0.05)))]
         assert lengths[0] < 0.05 * max(lengths)
         taken[accuracy] = len(lengths)
     assert taken[0.01] > 1.3 * taken[0.04]
@@ -75,10 +70,7 @@ def test_adaptive_steps_grow_from_the_singular_start_and_shrink_with_the_wish():
 
 def test_scene_becomes_steady_and_not_before_the_area_has_settled():
     sim = Spreading(adaptive(0.02, 4.0))
-    areas = []
-    while sim.time < 4.0 and not is_steady(sim):
-        step(sim, 4.0)
-        areas.append((sim.time, sim.history_row()["binding_area"]))
-    assert 0.5 < sim.time < 4.0
-    time, area = np.array(areas).T
-    assert abs(np.interp(sim.time - 0.2, time, area) / area[-1] - 1.0) < 0.01  # the wish is 2 %
+    moments = [Moment(sim, state) for state in march(sim)]
+    time, area = np.array([(m.time, m["binding_area"]) for m in moments]).T
+    assert is_steady(sim, moments[-1].state) and 0.5 < time[-1] < 4.0
+    assert abs(np.interp(time[-1] - 0.2, time, area) / area[-1] - 1.0) < 0.01  # the wish is 2 %

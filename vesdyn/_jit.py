@@ -53,17 +53,20 @@ _OPTIONS = {"fastmath": _FAST_MATH, "error_model": "numpy", "forceinline": True}
 njit = functools.partial(numba.njit, cache=True, **_OPTIONS)
 
 
-def by_body(signature):
-    """Turn ``signature`` (a function ``f(body, ...)`` without a body of its own) into a generic function.
+def by_type(signature):
+    """Turn ``signature`` (a function ``f(kind, ...)`` without a body of its own) into a generic function.
 
-    A body is a named tuple of arrays. Each kind registers its kernel with ``@f.register(Kind)``; a compiled
-    caller then gets the kernel of its body's type, as ``functools.singledispatch`` does in plain Python.
+    A kind is a named tuple: a membrane, a traction law. Each registers its kernel with ``@f.register(Kind)``; a
+    compiled caller then gets the kernel of its argument's type, as ``functools.singledispatch`` does in plain Python.
     """
     generic = functools.singledispatch(signature)
 
     @overload(generic, strict=False, jit_options=_OPTIONS)
-    def choose(body, *arguments):
-        kernel = generic.dispatch(body.instance_class)
+    def choose(kind, *arguments):
+        kernel = generic.dispatch(kind.instance_class)
         return getattr(kernel, "py_func", kernel)
 
     return generic
+
+
+by_body = by_type

@@ -15,9 +15,7 @@ from typing import Annotated, Literal
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-
-class CaseError(ValueError):
-    """A case that cannot be run; one sentence a line, each with file, key, what is wrong and what to do."""
+from vesdyn.errors import CaseError
 
 
 Auto = Literal["auto"]
@@ -44,6 +42,26 @@ class Adhesion(_Section):
     traction: float = Field(2.416, ge=0, description="largest traction T_max at the initial density [kT/a0^3]")
     cutoff: float = Field(0.1, gt=0, description="gap d_c beyond which the traction vanishes [a0]")
     ligand_ratio: float = Field(8.0, gt=0, description="ligands waiting for each receptor, q = c_l / c_r0")
+    law: Literal["linear", "double_well"] = Field(
+        "linear", description="traction against gap: linear, or double_well: bonds, a barrier, a weak attraction"
+    )
+    well: float = Field(0.3, gt=0, lt=1, description="double_well: range of the bonds [cutoff]")
+    barrier: float = Field(0.3, ge=0, le=10, description="double_well: largest repulsion of the barrier [traction]")
+    tail: float = Field(0.05, ge=0, le=1, description="double_well: largest attraction beyond it [traction]")
+
+
+class Ligands(_Section):
+    pattern: Literal["even", "disc", "stripe", "stripes", "squares"] = Field(
+        "even", description="where the ligands are: even, a disc, a stripe along y, stripes, or squares"
+    )
+    width: float = Field(0.3, gt=0, le=100, description="diameter of the disc, width of stripe or square [a0]")
+    period: float = Field(0.6, gt=0, le=100, description="distance of stripes or squares from middle to middle [a0]")
+    elsewhere: float = Field(0.0, ge=0, le=1, description="density of the ligands elsewhere, relative to that within")
+    blur: float = Field(0.02, gt=0, le=10, description="width of the border across which it changes [a0]")
+
+    @property
+    def breaks_axis(self):
+        return self.pattern not in ("even", "disc")
 
 
 class Receptors(_Section):
@@ -136,6 +154,7 @@ class Case(_Section):
     )
     membrane: Membrane = Membrane()
     adhesion: Adhesion = Adhesion()
+    ligands: Ligands = Ligands()
     receptors: Receptors = Receptors()
     perturbation: Perturbation = Perturbation()
     drag: float = Field(0.07, ge=0, description="drag per unit reference area [kT D^-1 a0^-2]; 0: statics at each step")
@@ -169,6 +188,11 @@ class Case(_Section):
                     f"perturbation.{key}: an axisymmetric body cannot carry it; set model to surface or auto, or"
                     f" {key} to 0."
                 )
+        if self.model == "axisymmetric" and self.ligands.breaks_axis:
+            problems.append(
+                f"ligands.pattern: an axisymmetric body cannot follow {self.ligands.pattern}; set model to surface or"
+                " auto, or take even or disc."
+            )
         if self.perturbation.front > 0 and self.perturbation.at >= self.time.end:
             problems.append(
                 f"perturbation.at: {self.perturbation.at:g} is not before the end of the run, {self.time.end:g};"
@@ -196,6 +220,11 @@ class Case(_Section):
     def drift_number(self):
         """Drift number mobility x ligand_ratio, from whichever of ``mobility`` and ``drift_number`` was given."""
         return self.receptors.drift_number
+
+    @property
+    def breaks_axis(self):
+        """Whether the scene is not symmetric about z."""
+        return self.perturbation.breaks_axis or self.ligands.breaks_axis
 
     def warnings(self):
         """Return a sentence for each thing that can be computed but is doubtful."""
@@ -240,7 +269,7 @@ class Case(_Section):
         return TOLERANCE_PER_ACCURACY * self.accuracy if self.solver.tolerance == "auto" else self.solver.tolerance
 
     @property
-    def stops(self):
+    def marks(self):
         """Times the steps must meet: the frames, the displacement of the front and the end [a0^2/D]."""
         times = {*self.output.frames, self.time.end}
         return tuple(sorted(times | ({self.perturbation.at} if self.perturbation.front > 0 else set())))

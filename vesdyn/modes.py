@@ -13,8 +13,9 @@ k^2 = |T_2| / (2 B), so a wavelength of 2 pi (2 B / |T_2|)^(1/2); without bendin
 import numpy as np
 import scipy.linalg
 
-from vesdyn import relaxation
-from vesdyn.contact import is_held
+from vesdyn.adhesion import ligand_density
+from vesdyn.balance import Balance, allocate, set_forces
+from vesdyn.substrate import is_held
 from vesdyn.surface import build_surface
 
 _NUDGE = 1e-6  # displacement [a0] of the central differences
@@ -46,23 +47,25 @@ def sectored_surface(x, n_sectors):
 
 
 class Modes:
-    """Stiffness of the azimuthal modes of the axisymmetric state of ``sim`` (`vesdyn.spreading.Spreading`).
+    """Stiffness of the azimuthal modes of ``state`` of the axisymmetric ``sim`` (`vesdyn.spreading`).
 
-    ``rest`` (n_nodes, 2) [a0] is the shape the run started from. A ring moves along r, phi and z; its forces answer
+    A ring moves along r, phi and z; its forces answer
     the motion of the two rings on either side at most. What the poles do is left out, so m = 0 and 1 are not right.
     """
 
-    def __init__(self, sim, rest, n_sectors):
+    def __init__(self, sim, state, n_sectors):
+        rest = sim.x_start
         self.n_sectors, self.rings, self.drag = n_sectors, len(rest) - 2, sim.case.drag
         membrane = sim.case.membrane
         vertices, faces = sectored_surface(rest, n_sectors)
         body = build_surface(vertices, faces, membrane.shear_modulus, membrane.prestretch, membrane.thickness)
-        self._x, _ = sectored_surface(sim.x, n_sectors)
-        number = np.repeat(sim.number[1:-1] / n_sectors, n_sectors)
-        number = np.concatenate([sim.number[:1], number, sim.number[-1:]])
-        self._pressure = sim.pressure
-        self._balance = relaxation.Balance(body, sim.adhesion, 0.0, sim.volume_0, number, self._x)
-        self._work = relaxation.workspace(self._x)
+        self._x, _ = sectored_surface(state.x, n_sectors)
+        number = np.repeat(state.number[1:-1] / n_sectors, n_sectors)
+        number = np.concatenate([state.number[:1], number, state.number[-1:]])
+        self._pressure = state.pressure
+        ligands = ligand_density(sim.case.ligands, self._x)
+        self._balance = Balance(body, sim.adhesion, 0.0, sim.volume_0, number, ligands, self._x)
+        self._scratch = allocate(self._x)
         self.area = body.reference_area[1:-1:n_sectors]  # (n_rings,) of one node [a0^2]
         self._frame = self._frames()
         axial = self._forces(self._x)[:, 0, 2]
@@ -80,8 +83,8 @@ class Modes:
 
     def _forces(self, x):
         """Forces (n_rings, n_sectors, 3) [kT/a0] along r, phi and z."""
-        relaxation.set_forces(self._balance, x, self._work)
-        force = (self._work.nodal[:, :3] + self._pressure * self._work.nodal[:, 3:6])[1:-1]
+        set_forces(self._balance, x, self._scratch)
+        force = (self._scratch.nodal[:, :3] + self._pressure * self._scratch.nodal[:, 3:6])[1:-1]
         return np.einsum("rjac,rjc->rja", self._frame, force.reshape(*self._angle.shape, 3))
 
     def _answers(self):

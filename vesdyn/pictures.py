@@ -22,7 +22,7 @@ from vesdyn.body import set_shares_below
 from vesdyn.case import load_case
 from vesdyn.front import front_points
 from vesdyn.neo_hookean import strain_energy
-from vesdyn.spreading import BINDING_GAP
+from vesdyn.diagnostics import BINDING_GAP
 from vesdyn.storage import RunDirectory
 from vesdyn.surface import build_surface
 

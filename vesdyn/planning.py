@@ -13,10 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vesdyn.balance import NoBalanceError
+from vesdyn.diagnostics import Moment
 from vesdyn.koiter import bending_stiffness
-from vesdyn.relaxation import RelaxationError
 from vesdyn.spreading import Spreading
-from vesdyn.stepping import is_steady, step
+from vesdyn.stepping import is_steady, march
 
 SHARES = {"mesh": 0.4, "step": 0.5}  # the rest is the tolerance's, `vesdyn.case.TOLERANCE_PER_ACCURACY`
 MESH_ERROR = {  # constant and exponent, without bending and with it
@@ -64,24 +65,30 @@ def scout(case):
             "model": "axisymmetric",
             "perturbation": case.perturbation.model_copy(update={"amplitude": 0.0, "front": 0.0}),
             "accuracy": 0.02,
+            "ligands": case.ligands.model_copy(update={"pattern": "even"}) if case.ligands.breaks_axis else case.ligands,
             "mesh": case.mesh.model_copy(update={"front_edge": 0.02, "far_edge": 0.05}),
-            "time": case.time.model_copy(update={"step": "auto", "order": 2}),
+            "time": case.time.model_copy(update={"step": "auto", "order": 2, "stop_when_steady": True}),
+            "output": case.output.model_copy(update={"frames": ()}),
         }
     )
     sim = Spreading(coarse)
     early, lowest, curve = None, (np.inf, 0.0, 0.0), []
     try:
-        while sim.time < coarse.time.end and not is_steady(sim):
-            step(sim, coarse.time.end)
-            row = sim.history_row()
-            curve.append((sim.time, row["binding_area"]))
-            if early is None and sim.time >= 0.01:
-                early = row["contact_radius"]
-            lowest = min(lowest, (row["free_tension_min"], sim.time, row["free_tension_min_height"]))
-    except RelaxationError:
+        for state in march(sim):
+            moment = Moment(sim, state)
+            curve.append((moment.time, moment["binding_area"]))
+            if early is None and moment.time >= 0.01:
+                early = moment["contact_radius"]
+            lowest = min(lowest, (moment["free_tension_min"], moment.time, moment["free_tension_min_height"]))
+    except NoBalanceError:
         return None
     return Scout(
-        early or row["contact_radius"], row["binding_area"], sim.time, is_steady(sim), *lowest, np.array(curve)
+        early or moment["contact_radius"],
+        moment["binding_area"],
+        moment.time,
+        is_steady(sim, state),
+        *lowest,
+        np.array(curve),
     )
 
 
@@ -132,10 +139,10 @@ def _largest_difference(curve, other):
 
 
 def _choose_body(case, decisions):
-    broken = case.perturbation.breaks_axis
+    broken = case.breaks_axis
     model = ("surface" if broken else "axisymmetric") if case.model == "auto" else case.model
     if broken:
-        why = "the scene is not axisymmetric (perturbation)"
+        why = f"the scene is not axisymmetric ({'perturbation' if case.perturbation.breaks_axis else 'ligands'})"
     elif model == "axisymmetric":
         why = "nothing in the scene breaks the symmetry about z"
     else:

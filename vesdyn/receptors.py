@@ -3,8 +3,8 @@
     d/dt N_i = - sum_j F_ij,     F_ij = w_ij [B(u) c_i - B(-u) c_j],     c_i = N_i / A_i        (4), (5)
 
 Exponential fitting (Scharfetter & Gummel 1969): w_ij is the conductance of the edge, B(u) = u/(e^u - 1),
-and u = s (phi_i - phi_j) the drop of the Boltzmann exponent (`vesdyn.adhesion`) along it, reduced by
-s = min(1, q/c) where ligands are scarcer than receptors. Below saturation the zero-flux state
+and u = s (phi_i - phi_j) the drop of the Boltzmann exponent (`vesdyn.adhesion`) along it, with
+s = l min(1, q l/c): l the relative density of the ligands below, and less where they are scarcer than receptors. Below saturation the zero-flux state
 c ~ exp(phi) is exact at the nodes. For w_ij >= 0 the matrix of the implicit step is an M-matrix:
 density stays positive for any step and any cell Peclet number. Fluxes are antisymmetric, so the
 number is conserved to round-off whatever the accuracy of the linear solution. First order in time.
@@ -15,7 +15,6 @@ import numpy as np
 
 from vesdyn._jit import njit
 
-SOLVED, STALLED = 0, 1
 _PICARD_LIMIT = 60
 _PICARD_TOLERANCE = 1e-11
 _SOLVER_TOLERANCE = 1e-12
@@ -23,7 +22,7 @@ _EMPTY = 1e-30  # density [c_r0] left where rounding would make it negative
 
 
 class Transport(NamedTuple):
-    """Work arrays of the implicit step; edges carry the conductance and the two flux coefficients."""
+    """Arrays of the implicit step; edges carry the conductance and the two flux coefficients."""
 
     conductance: np.ndarray  # (n_edges,)
     forth: np.ndarray  # (n_edges,) w B(u) dt
@@ -34,7 +33,7 @@ class Transport(NamedTuple):
 
 
 def transport(n_nodes, n_edges):
-    """Allocate the work arrays of `step_receptors`."""
+    """Allocate the arrays of `step_receptors`."""
     edge, node = (lambda: np.zeros(n_edges)), (lambda: np.zeros(n_nodes))
     return Transport(edge(), edge(), edge(), node(), node(), np.zeros((10, n_nodes)))
 
@@ -58,26 +57,26 @@ def largest(vector):
 
 
 @njit
-def set_flux_coefficients(edges, ligand_ratio, dt, work):
+def set_flux_coefficients(edges, ligand_ratio, ligands, dt, scratch):
     """Overwrite ``forth`` and ``back`` for the current density."""
     for e in range(edges.shape[0]):
         i, j = edges[e, 0], edges[e, 1]
-        mean = 0.5 * (work.density[i] + work.density[j])
-        free_ligands = 1.0 if mean <= ligand_ratio else ligand_ratio / mean
-        u = free_ligands * (work.exponent[i] - work.exponent[j])
-        weight = dt * work.conductance[e]
-        work.forth[e] = weight * bernoulli(u)
-        work.back[e] = weight * bernoulli(-u)
+        mean, below = 0.5 * (scratch.density[i] + scratch.density[j]), 0.5 * (ligands[i] + ligands[j])
+        bound = 1.0 if mean <= ligand_ratio * below else ligand_ratio * below / mean  # share of the receptors
+        u = below * bound * (scratch.exponent[i] - scratch.exponent[j])
+        weight = dt * scratch.conductance[e]
+        scratch.forth[e] = weight * bernoulli(u)
+        scratch.back[e] = weight * bernoulli(-u)
 
 
 @njit
-def apply(edges, area, work, c, out):
+def apply(edges, area, scratch, c, out):
     """out = A c + dt sum of the fluxes that leave: the matrix of the implicit step."""
     for i in range(area.shape[0]):
         out[i] = area[i] * c[i]
     for e in range(edges.shape[0]):
         i, j = edges[e, 0], edges[e, 1]
-        flux = work.forth[e] * c[i] - work.back[e] * c[j]
+        flux = scratch.forth[e] * c[i] - scratch.back[e] * c[j]
         out[i] += flux
         out[j] -= flux
 
@@ -95,20 +94,20 @@ def is_solved(r, number, target):
 
 
 @njit
-def solve_density(edges, area, number, work):
-    """Solve (A + dt L) c = N for ``work.density`` by BiCGSTAB with the diagonal (van der Vorst 1992).
+def solve_density(edges, area, number, scratch):
+    """Solve (A + dt L) c = N for ``scratch.density`` by BiCGSTAB with the diagonal (van der Vorst 1992).
 
-    Returns SOLVED or STALLED; stops at a residual of 1e-12 of the largest nodal number, see `is_solved`.
+    Returns whether it was found; stops at a residual of 1e-12 of the largest nodal number, see `is_solved`.
     """
     n = area.shape[0]
-    c = work.density
-    diagonal, r, shadow, p, v, s, t, y, z = work.vectors[:9]
+    c = scratch.density
+    diagonal, r, shadow, p, v, s, t, y, z = scratch.vectors[:9]
     for i in range(n):
         diagonal[i] = area[i]
     for e in range(edges.shape[0]):
-        diagonal[edges[e, 0]] += work.forth[e]
-        diagonal[edges[e, 1]] += work.back[e]
-    apply(edges, area, work, c, r)
+        diagonal[edges[e, 0]] += scratch.forth[e]
+        diagonal[edges[e, 1]] += scratch.back[e]
+    apply(edges, area, scratch, c, r)
     for i in range(n):
         r[i] = number[i] - r[i]
         shadow[i] = r[i]
@@ -118,18 +117,18 @@ def solve_density(edges, area, number, work):
     target = _SOLVER_TOLERANCE * np.max(number)
     for _ in range(10 * n + 100):
         if is_solved(r, number, target):
-            return SOLVED
+            return True
         rho_old = rho
         rho = 0.0
         for i in range(n):
             rho += shadow[i] * r[i]
         beta = rho / rho_old * alpha / omega
         if not np.isfinite(beta) or rho == 0.0:
-            return STALLED
+            return False
         for i in range(n):
             p[i] = r[i] + beta * (p[i] - omega * v[i])
             y[i] = p[i] / diagonal[i]
-        apply(edges, area, work, y, v)
+        apply(edges, area, scratch, y, v)
         alpha = 0.0
         for i in range(n):
             alpha += shadow[i] * v[i]
@@ -137,7 +136,7 @@ def solve_density(edges, area, number, work):
         for i in range(n):
             s[i] = r[i] - alpha * v[i]
             z[i] = s[i] / diagonal[i]
-        apply(edges, area, work, z, t)
+        apply(edges, area, scratch, z, t)
         ts = tt = 0.0
         for i in range(n):
             ts += t[i] * s[i]
@@ -147,35 +146,46 @@ def solve_density(edges, area, number, work):
             c[i] += alpha * y[i] + omega * z[i]
             r[i] = s[i] - omega * t[i]
         if omega == 0.0:
-            return SOLVED if is_solved(r, number, target) else STALLED
-    return STALLED
+            return is_solved(r, number, target)
+    return False
 
 
 @njit
-def step_receptors(edges, area, ligand_ratio, dt, number, work):
+def is_saturated(density, ligand_ratio, ligands):
+    """True where some node has more receptors than ligands."""
+    for i in range(density.shape[0]):
+        if density[i] > ligand_ratio * ligands[i]:
+            return True
+    return False
+
+
+@njit
+def step_receptors(edges, area, ligand_ratio, ligands, dt, number, scratch):
     """Advance ``number`` (n_nodes,) [c_r0 a0^2] by ``dt`` [a0^2/D] on a membrane at rest.
 
-    ``work.conductance`` and ``work.exponent`` describe the membrane, ``area`` (n_nodes,) [a0^2] its nodes.
-    Above saturation the drift depends on the density and is iterated to convergence. Returns SOLVED or STALLED.
+    ``scratch.conductance`` and ``scratch.exponent`` describe the membrane, ``area`` (n_nodes,) [a0^2] its nodes and
+    ``ligands`` (n_nodes,) what is below them. Above saturation the drift depends on the density and is iterated to
+    convergence. Returns whether a density was found.
     """
-    before = work.vectors[9]
+    before = scratch.vectors[9]
     for i in range(area.shape[0]):
-        work.density[i] = number[i] / area[i]
+        scratch.density[i] = number[i] / area[i]
     for _ in range(_PICARD_LIMIT):
-        highest = np.max(work.density)
-        set_flux_coefficients(edges, ligand_ratio, dt, work)
-        before[:] = work.density
-        if solve_density(edges, area, number, work) != SOLVED:
-            return STALLED
-        highest = max(highest, np.max(work.density))
-        before -= work.density
-        if highest <= ligand_ratio or largest(before) <= _PICARD_TOLERANCE * highest:
+        saturated = is_saturated(scratch.density, ligand_ratio, ligands)
+        set_flux_coefficients(edges, ligand_ratio, ligands, dt, scratch)
+        before[:] = scratch.density
+        if not solve_density(edges, area, number, scratch):
+            return False
+        saturated |= is_saturated(scratch.density, ligand_ratio, ligands)
+        highest = max(np.max(before), np.max(scratch.density))
+        before -= scratch.density
+        if not saturated or largest(before) <= _PICARD_TOLERANCE * highest:
             break
     else:
-        return STALLED
+        return False
     for e in range(edges.shape[0]):
         i, j = edges[e, 0], edges[e, 1]
-        flux = work.forth[e] * work.density[i] - work.back[e] * work.density[j]
+        flux = scratch.forth[e] * scratch.density[i] - scratch.back[e] * scratch.density[j]
         number[i] -= flux
         number[j] += flux
     fullest = np.argmax(number)
@@ -184,4 +194,4 @@ def step_receptors(edges, area, ligand_ratio, dt, number, work):
             left = area[i] * _EMPTY
             number[fullest] -= left - number[i]
             number[i] = left
-    return SOLVED
+    return True

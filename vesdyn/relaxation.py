@@ -1,10 +1,7 @@
 """Damped explicit dynamic relaxation: fictitious mass, damping, residual, stopping.
 
-Finds x that balances
-
-    0 = -dE/dx + p dV/dx + f_adhesion(x) + f_contact - (drag/dt) A0 (x - x_rest),   V(x) = V0     (6)
-
-by marching  m x'' + c m x' = out-of-balance force  in pseudo-time with steps of 1:
+Balances equation (6), `vesdyn.balance`, by marching  m x'' + c m x' = out-of-balance force  in pseudo-time with
+steps of 1:
 
 mass      m = bound/4, bound from the bodies' Gerschgorin-type estimate at the current stretch plus drag and
           adhesion, so that no mode exceeds the critical frequency 2 of central differences.
@@ -22,124 +19,91 @@ from typing import NamedTuple
 import numpy as np
 
 from vesdyn._jit import njit
-from vesdyn.adhesion import adhesion_load
-from vesdyn.body import add_elastic_forces, add_stiffness_bounds, dimension, elastic_energy
-from vesdyn.contact import is_held
+from vesdyn.balance import (
+    CONVERGED,
+    DIVERGED,
+    STALLED,
+    UNFINISHED,
+    VOLUME_TOLERANCE,
+    Solution,
+    force_scale,
+    incremental_potential,
+    set_forces,
+    set_stiffness_bound,
+)
+from vesdyn.body import dimension
+from vesdyn.substrate import is_held, land, normal_axis
 
-CONVERGED, DIVERGED, STALLED = 0, 1, 2
-VOLUME_TOLERANCE = 1e-11
 _OVERDAMPING = 1.4  # of the 2 w of the lowest mode: the quotient overestimates w while higher modes live
+_STRONGEST_DAMPING = 1.9  # of the 2 beyond which a centred step turns the velocity round
 _KINETIC_FLOOR = 0.1  # viscous damping that goes with kinetic damping, against the highest modes
 _EXPLODED = 1e6  # a residual that no start of a step has: something grows without bound
+_HEAVIER = (1.0, 4.0, 16.0)  # a relaxation that fails starts again with a larger fictitious mass
+_NODES_A_SITTING = 4_000_000  # nodes times iterations between two looks at whether to stop: a few tenths of a second
 
 
-class RelaxationError(RuntimeError):
-    """The relaxation found no equilibrium; the message says what happened and what to change."""
+class Progress(NamedTuple):
+    """How far a relaxation has come; with the velocity in the scratch arrays it goes on to the same bits."""
 
-
-class Controls(NamedTuple):
-    """How to relax."""
-
-    tolerance: float  # largest nodal residual per reference area [T_max + K/a0]
-    max_iterations: int
-    kinetic: bool  # kinetic instead of viscous damping
-
-
-class Balance(NamedTuple):
-    """What is to be balanced: equation (6) for one coupling step."""
-
-    body: tuple  # see `vesdyn.body`
-    adhesion: tuple  # `vesdyn.adhesion.Adhesion`
-    viscosity: float  # drag/dt [kT/a0^4]
-    volume: float  # V0 [a0^3]
-    number: np.ndarray  # (n_nodes,) receptors [c_r0 a0^2]
-    x_rest: np.ndarray  # (n_nodes, d) positions where the drag vanishes [a0]
-
-
-class Outcome(NamedTuple):
-    """What a relaxation did."""
-
-    status: int  # CONVERGED, DIVERGED or STALLED
+    status: int  # CONVERGED, DIVERGED, STALLED or UNFINISHED
     iterations: int
     residual: float
     pressure: float  # [kT/a0^3]
-    volume: float  # [a0^3]
+    kinetic: float  # twice the kinetic energy of the last move
+    power: float  # of that move against the forces without pressure
 
 
-class Workspace(NamedTuple):
-    """Nodal work arrays."""
+def viscous(balance, starts, pressure, limits, scratch, pause=lambda: None):
+    """Relax by viscous damping from the better of ``starts``; return a `vesdyn.balance.Solution`.
 
-    nodal: np.ndarray  # (n_nodes, 2 d + 1) force, volume gradient and area, see `vesdyn.body`
-    velocity: np.ndarray  # (n_nodes, d) [a0 per iteration]
-    mass: np.ndarray  # (n_nodes,) fictitious
-
-    @property
-    def area(self):
-        """Current nodal areas (n_nodes,) [a0^2]."""
-        return self.nodal[:, -1]
-
-
-def workspace(x):
-    """Allocate the arrays of `relax` for positions shaped like ``x``."""
-    n, d = x.shape
-    return Workspace(np.zeros((n, 2 * d + 1)), np.zeros((n, d)), np.zeros(n))
-
-
-@njit
-def set_fictitious_mass(balance, x, pressure, work):
-    """Overwrite ``work.mass``: a quarter of a bound on the stiffness at ``x``."""
-    body, adhesion, mass = balance.body, balance.adhesion, work.mass
-    mass[:] = 0.0
-    add_stiffness_bounds(body, x, pressure, mass)
-    for i in range(mass.shape[0]):
-        softening = adhesion_load(adhesion, 0.0, balance.number[i], body.reference_area[i]) / adhesion.cutoff
-        mass[i] = 0.25 * (mass[i] + balance.viscosity * body.reference_area[i] + softening)
-
-
-@njit
-def set_forces(balance, x, work):
-    """Overwrite ``work.nodal``, all forces but pressure and contact included; return the volume [a0^3]."""
-    body, x_rest, nodal = balance.body, balance.x_rest, work.nodal
-    nodal[:] = 0.0
-    volume = add_elastic_forces(body, x, nodal)
-    d = dimension(body)
-    for i in range(x.shape[0]):
-        drag = balance.viscosity * body.reference_area[i]
-        for k in range(d):
-            nodal[i, k] -= drag * (x[i, k] - x_rest[i, k])
-        nodal[i, d - 1] -= adhesion_load(
-            balance.adhesion, x[i, d - 1], balance.number[i], nodal[i, 2 * d]
-        )
-    return volume
-
-
-@njit
-def incremental_potential(balance, x, pressure, work):
-    """Potential [kT] whose minimum is the balance: elastic, adhesive and viscous energy less p (V - V0).
-
-    Exact for numbers held on their nodes; with frozen density the nodal areas count as constant.
+    ``starts`` are positions (n_nodes, d) [a0] that stay as they are, the first the one to fall back on; ``pressure``
+    [kT/a0^3] a first guess; ``pause`` is called every few tenths of a second and may raise.
     """
-    body, adhesion, d = balance.body, balance.adhesion, x.shape[1]
-    volume = set_forces(balance, x, work)
-    potential = elastic_energy(body, x) - pressure * (volume - balance.volume)
-    for i in range(x.shape[0]):
-        moved = 0.0
-        for k in range(d):
-            moved += (x[i, k] - balance.x_rest[i, k]) ** 2
-        potential += 0.5 * balance.viscosity * body.reference_area[i] * moved
-        load = adhesion_load(adhesion, x[i, d - 1], balance.number[i], work.nodal[i, 2 * d])
-        potential -= 0.5 * load * max(0.0, adhesion.cutoff - x[i, d - 1])
-    return potential
+    return _solve(balance, starts, pressure, limits, scratch, pause, False)
+
+
+def kinetic(balance, starts, pressure, limits, scratch, pause=lambda: None):
+    """Relax by kinetic damping; arguments and result as for `viscous`."""
+    return _solve(balance, starts, pressure, limits, scratch, pause, True)
+
+
+def _solve(balance, starts, pressure, limits, scratch, pause, is_kinetic):
+    for heavier in _HEAVIER:
+        candidates = starts if heavier == 1.0 else starts[:1]
+        x = min(candidates, key=lambda s: incremental_potential(balance, s, pressure, scratch)).copy()
+        set_fictitious_mass(balance, x, pressure, scratch)
+        scratch.mass[:] *= heavier
+        progress = begin(pressure, scratch)
+        sitting = max(1, _NODES_A_SITTING // len(x))
+        while progress.status == UNFINISHED:
+            pause()
+            progress = relax(balance, limits, x, progress, is_kinetic, sitting, scratch)
+        if progress.status == CONVERGED:
+            break
+    return Solution(x, *progress[:4])
+
+
+def begin(pressure, scratch):
+    """Bring the nodes to rest; return the `Progress` of a relaxation that starts under ``pressure`` [kT/a0^3]."""
+    scratch.velocity[:] = 0.0
+    return Progress(UNFINISHED, 0, 0.0, float(pressure), 0.0, 0.0)
 
 
 @njit
-def restoring_pressure(balance, x, missing_volume, pressure, keep, gain, work):
+def set_fictitious_mass(balance, x, pressure, scratch):
+    """Overwrite ``scratch.mass``: a quarter of a bound on the stiffness at ``x``."""
+    set_stiffness_bound(balance, x, pressure, scratch.mass)
+    scratch.mass[:] *= 0.25
+
+
+@njit
+def restoring_pressure(balance, x, missing_volume, pressure, keep, gain, scratch):
     """Pressure [kT/a0^3] under which the next move adds ``missing_volume`` [a0^3], to first order."""
-    nodal, velocity, d = work.nodal, work.velocity, dimension(balance.body)
-    z = d - 1
+    nodal, velocity, d = scratch.nodal, scratch.velocity, dimension(balance.body)
+    z = normal_axis(d)
     flow = mobility = 0.0
     for i in range(x.shape[0]):
-        per_mass = gain / work.mass[i]
+        per_mass = gain / scratch.mass[i]
         for k in range(d):
             force, dV_dx = nodal[i, k], nodal[i, d + k]
             if k == z and is_held(x[i, z], force + pressure * dV_dx):
@@ -150,15 +114,15 @@ def restoring_pressure(balance, x, missing_volume, pressure, keep, gain, work):
 
 
 @njit
-def move_nodes(balance, x, pressure, keep, gain, work):
+def move_nodes(balance, x, pressure, keep, gain, scratch):
     """Kick and drift every node, the plane holding what presses on it.
 
     Returns the largest nodal residual, twice the kinetic energy, and the power of the velocity against the
     forces without pressure and with it.
     """
-    nodal, velocity, mass, d = work.nodal, work.velocity, work.mass, dimension(balance.body)
+    nodal, velocity, mass, d = scratch.nodal, scratch.velocity, scratch.mass, dimension(balance.body)
     reference_area = balance.body.reference_area
-    z = d - 1
+    z = normal_axis(d)
     largest = kinetic = power = total_power = 0.0
     for i in range(x.shape[0]):
         per_mass = gain / mass[i]
@@ -170,9 +134,8 @@ def move_nodes(balance, x, pressure, keep, gain, work):
                 continue
             out_of_balance += force * force
             v = keep * velocity[i, k] + per_mass * force
-            if k == z and x[i, z] + v < 0.0:  # lands
-                v = -x[i, z]
-                x[i, z] = 0.0
+            if k == z:
+                x[i, z], v = land(x[i, z], v)
             else:
                 x[i, k] += v
             velocity[i, k] = v
@@ -180,62 +143,50 @@ def move_nodes(balance, x, pressure, keep, gain, work):
             power += v * nodal[i, k]
             total_power += v * force
         largest = max(largest, out_of_balance / reference_area[i] ** 2)
-    stress = balance.adhesion.traction + balance.body.shear_modulus
-    return np.sqrt(largest) / stress, kinetic, power, total_power
+    return np.sqrt(largest) / force_scale(balance), kinetic, power, total_power
 
 
 @njit
-def stiffness_along_velocity(power, kinetic, work, d):
+def stiffness_along_velocity(power, kinetic, scratch, d):
     """Rayleigh quotient, (frequency)^2, of the force change along the velocity that caused it.
 
     ``power`` is that of the forces before the move; the pressure does no work on a motion of fixed volume.
     """
     change = power
-    for i in range(work.velocity.shape[0]):
+    for i in range(scratch.velocity.shape[0]):
         for k in range(d):
-            change -= work.velocity[i, k] * work.nodal[i, k]
+            change -= scratch.velocity[i, k] * scratch.nodal[i, k]
     return max(0.0, change / kinetic)
 
 
 @njit
-def relax(balance, controls, x, pressure, work):
-    """Move ``x`` (n_nodes, d) [a0] to balance, starting from its value; return an `Outcome`.
+def relax(balance, limits, x, progress, is_kinetic, sitting, scratch):
+    """Move ``x`` (n_nodes, d) [a0] towards balance for at most ``sitting`` iterations; return the new `Progress`.
 
-    ``pressure`` [kT/a0^3] is a first guess; ``work.mass`` is used as it is (`set_fictitious_mass`).
+    ``scratch.mass`` and ``scratch.velocity`` are used as they are (`set_fictitious_mass`, `begin`).
     """
     d = dimension(balance.body)
-    work.velocity[:] = 0.0
     damping = _KINETIC_FLOOR
-    kinetic = power = residual = 0.0
-    volume = balance.volume
-    for iteration in range(controls.max_iterations):
-        volume = set_forces(balance, x, work)
-        if not controls.kinetic and kinetic > 0.0:
-            frequency = np.sqrt(stiffness_along_velocity(power, kinetic, work, d))
-            damping = min(1.9, _OVERDAMPING * frequency)
+    pressure, kinetic, power, residual = progress.pressure, progress.kinetic, progress.power, progress.residual
+    last = min(progress.iterations + sitting, limits.max_iterations)
+    for iteration in range(progress.iterations, last):
+        volume = set_forces(balance, x, scratch)
+        if not is_kinetic and kinetic > 0.0:
+            frequency = np.sqrt(stiffness_along_velocity(power, kinetic, scratch, d))
+            damping = min(_STRONGEST_DAMPING, _OVERDAMPING * frequency)
         keep, gain = (2.0 - damping) / (2.0 + damping), 2.0 / (2.0 + damping)  # centred in time
         missing = balance.volume - volume
-        pressure = restoring_pressure(balance, x, missing, pressure, keep, gain, work)
-        residual, kinetic, power, total_power = move_nodes(balance, x, pressure, keep, gain, work)
+        pressure = restoring_pressure(balance, x, missing, pressure, keep, gain, scratch)
+        residual, kinetic, power, total_power = move_nodes(balance, x, pressure, keep, gain, scratch)
 
         if not (residual < _EXPLODED and np.isfinite(volume)):
-            return Outcome(DIVERGED, iteration + 1, residual, pressure, volume)
-        if residual <= controls.tolerance and abs(missing) <= VOLUME_TOLERANCE * balance.volume:
-            return Outcome(CONVERGED, iteration + 1, residual, pressure, volume)
-        if controls.kinetic and total_power < 0.0:  # just past a peak of the kinetic energy
+            return Progress(DIVERGED, iteration + 1, residual, pressure, kinetic, power)
+        if residual <= limits.tolerance and abs(missing) <= VOLUME_TOLERANCE * balance.volume:
+            return Progress(CONVERGED, iteration + 1, residual, pressure, kinetic, power)
+        if is_kinetic and total_power < 0.0:  # just past a peak of the kinetic energy
             for i in range(x.shape[0]):
                 for k in range(d):
-                    x[i, k] -= 0.5 * work.velocity[i, k]
-            work.velocity[:] = 0.0
-    return Outcome(STALLED, controls.max_iterations, residual, pressure, volume)
-
-
-def explain(outcome, controls, time, dt):
-    """One sentence on a relaxation that did not converge: what happened and what to change."""
-    where = f"t = {time:.6g}, step {dt:.3g}: the relaxation"
-    if outcome.status == DIVERGED:
-        return f"{where} diverged after {outcome.iterations} iterations; reduce time.step or refine the mesh"
-    return (
-        f"{where} stalled at a residual of {outcome.residual:.2g} (wanted {controls.tolerance:.2g}) after "
-        f"{outcome.iterations} iterations; reduce time.step, or raise solver.max_iterations or solver.tolerance"
-    )
+                    x[i, k] -= 0.5 * scratch.velocity[i, k]
+            scratch.velocity[:] = 0.0
+    status = STALLED if last >= limits.max_iterations else UNFINISHED
+    return Progress(status, last, residual, pressure, kinetic, power)

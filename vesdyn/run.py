@@ -4,7 +4,6 @@ The times of the steps follow from the case alone, so an interrupted run and an 
 same bits.
 """
 
-import copy
 import signal
 import sys
 import threading
@@ -15,10 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vesdyn.planning import compression_note
-from vesdyn.relaxation import RelaxationError
+from vesdyn.balance import NoBalanceError
+from vesdyn.diagnostics import Moment
+from vesdyn.planning import compression_note, needs_planning, plan
 from vesdyn.spreading import Spreading
-from vesdyn.stepping import is_steady, step
+from vesdyn.stepping import is_over, march
 from vesdyn.storage import DamagedRunError, RunDirectory
 
 
@@ -46,17 +46,44 @@ class Outcome:
         return {"finished": 0, "failed": 1, "interrupted": 130}[self.state]
 
 
-def run_case(case, directory, progress=True, restart=False, decisions=(), stop=lambda: None):
+def simulate(case, columns=()):
+    """Compute ``case`` and yield a `vesdyn.diagnostics.Moment` after each coupling step; nothing is stored.
+
+    What the case leaves to be chosen (`auto`) is planned first. ``columns`` are further `vesdyn.diagnostics.Column`.
+    Raises CaseError for a case that cannot be used, and RunError where no balance is found.
+    """
+    case = plan(case).case if needs_planning(case) else case
+    sim = Spreading(case)
+    for state in march(sim):
+        yield Moment(sim, state, columns)
+
+
+def run_case(
+    case,
+    directory,
+    on_step=lambda moment: None,
+    columns=(),
+    progress=True,
+    restart=False,
+    decisions=(),
+    stop=lambda: None,
+):
     """Run ``case`` in ``directory`` (a path) from where it stands there to its end; return the ``Outcome``.
 
-    An interrupt (SIGINT, SIGTERM) lets the step in hand finish, stores a checkpoint and stops; a second one
+    What the case leaves to be chosen (`auto`) is planned first. ``on_step`` is called with a
+    `vesdyn.diagnostics.Moment` after each step and may return a reason to stop there, as if interrupted; ``columns``
+    are further `vesdyn.diagnostics.Column` of the history.
+
+    An interrupt (SIGINT, SIGTERM) gives the step in hand up, stores a checkpoint and stops; a second one
     stops at once, and what was done since the last checkpoint is done again later. ``progress`` shows a bar
     if stderr is a terminal. ``restart`` removes an earlier run first. ``decisions`` are stored with the case.
-    ``stop`` is asked after each step for a reason to stop there, as if interrupted.
+    ``stop`` is asked every few tenths of a second for a reason to stop.
 
-    Raises vesdyn.storage.RunDirectoryError if the directory cannot take the run. A relaxation that fails is
-    no exception but an outcome.
+    Raises CaseError for a case that cannot be used, and vesdyn.storage.RunDirectoryError if the directory cannot take
+    the run. A step for which no balance is found is no exception but an outcome.
     """
+    if needs_planning(case):
+        case, decisions = plan(case)
     directory = RunDirectory(directory)
     with directory.claim(case, restart, decisions):
         if directory.status().get("state") == "finished":
@@ -66,50 +93,55 @@ def run_case(case, directory, progress=True, restart=False, decisions=(), stop=l
         for sentence in case.warnings():
             warnings.warn(sentence, stacklevel=2)
         with interrupts() as received:
-            _advance(case, directory, lambda: received[0] if received else stop(), progress)
+            _advance(case, directory, columns, on_step, lambda: received[0] if received else stop(), progress)
         if directory.status()["state"] == "finished":
             _draw(directory)
         return _outcome(case, directory)
 
 
-def _advance(case, directory, interruption, progress):
+def _advance(case, directory, columns, on_step, interruption, progress):
     """Take the coupling steps that are left, until ``interruption()``; the last status written says how it ended."""
     began = time.monotonic() - directory.status().get("wall_time", 0.0)
-
-    front_moves = case.perturbation.front > 0
 
     def settle(state, reason=""):
         directory.write_status(state, reason, time.monotonic() - began)
 
+    def pause():
+        if reason := interruption():
+            raise _Interrupted(reason)
+
     settle("running")
     try:
-        sim = _start(case, directory)
+        sim, state = _start(case, directory)
         saved = time.monotonic()
-        with _progress_bar(sim.time, case.time.end, progress) as show:
-            done = _is_over(case, sim)
-            while not done:
-                last_good = copy.deepcopy(sim.state())
-                if front_moves and sim.time == case.perturbation.at:
-                    sim.perturb_front()  # no part of the state stored at that time: neither lost nor done twice
-                try:
-                    step(sim, next(t for t in case.stops if t > sim.time))
-                except RelaxationError as failure:
-                    directory.write_checkpoint(last_good)
-                    return settle("failed", str(failure))
-                row = sim.history_row()
-                directory.append_history(row)
-                show(row)
-                done = _is_over(case, sim)
-                if sim.time in case.output.frames or (done and sim.time < case.time.end):
-                    directory.write_frame(sim.time, *sim.frame())
-                interrupted_by = interruption()
-                if done or interrupted_by or time.monotonic() - saved >= 60 * case.output.checkpoint_minutes:
-                    directory.write_checkpoint(sim.state())
-                    settle("running")
-                    saved = time.monotonic()
-                if interrupted_by and not done:
-                    return settle("interrupted", f"stopped by {interrupted_by}.")
-        settle("finished", f"steady at t = {sim.time:.4g}." if sim.time < case.time.end else "")
+        reason, failure = None, None
+        with _progress_bar(state.time, case.time.end, progress) as show:
+            try:
+                for state in march(sim, state, pause):
+                    moment, done = Moment(sim, state, columns), is_over(sim, state)
+                    row = moment.row()
+                    directory.append_history(row)
+                    show(row)
+                    if state.time in case.output.frames or (done and state.time < case.time.end):
+                        directory.write_frame(state.time, *moment.frame())
+                    reason = None if done else interruption() or on_step(moment)
+                    if reason:
+                        break
+                    if time.monotonic() - saved >= 60 * case.output.checkpoint_minutes:
+                        directory.write_checkpoint(sim.stored(state))
+                        settle("running")
+                        saved = time.monotonic()
+            except _Interrupted as interrupted:
+                reason = str(interrupted)
+            except NoBalanceError as error:
+                failure = error
+        directory.write_checkpoint(sim.stored(state))
+        if failure:
+            settle("failed", str(failure))
+        elif reason:
+            settle("interrupted", f"stopped by {reason}.")
+        else:
+            settle("finished", f"steady at t = {state.time:.4g}." if state.time < case.time.end else "")
     except KeyboardInterrupt:
         settle("interrupted", "stopped at once by a second interrupt.")
     except Exception as error:
@@ -117,28 +149,25 @@ def _advance(case, directory, interruption, progress):
         raise
 
 
-def _is_over(case, sim):
-    """True where the time of the run is up, or nothing moves any more nor will be moved."""
-    if case.perturbation.front > 0 and sim.time <= case.perturbation.at:
-        return False
-    steady = case.time.step == "auto" and case.time.stop_when_steady and is_steady(sim)
-    return steady or sim.time == case.time.end
+class _Interrupted(Exception):
+    """The step in hand is given up; the reason."""
 
 
 def _start(case, directory):
-    """Return the simulation as the directory left it: at its checkpoint, or else at t = 0."""
+    """Return the scene and its state as the directory left it: at its checkpoint, or else at t = 0."""
     sim = Spreading(case)
     checkpoint = directory.read_checkpoint()
     if checkpoint is None:
+        state = sim.start()
         directory.clear_results()
-        directory.write_frame(sim.time, *sim.frame())
-    else:
-        try:
-            sim.restore(checkpoint)
-        except ValueError as error:
-            raise DamagedRunError(f"{directory.path}: {error}; start it anew with --restart.") from None
-        directory.rewind(sim.time)
-    return sim
+        directory.write_frame(state.time, *Moment(sim, state).frame())
+        return sim, state
+    try:
+        state = sim.restored(checkpoint)
+    except ValueError as error:
+        raise DamagedRunError(f"{directory.path}: {error}; start it anew with --restart.") from None
+    directory.rewind(state.time)
+    return sim, state
 
 
 def _outcome(case, directory, reason=None):

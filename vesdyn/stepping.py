@@ -1,4 +1,4 @@
-"""Coupling steps: of equal length, or as long as the accuracy wish allows; and when the scene is steady.
+"""The march over time: coupling steps of equal or adapted length, events, and when the scene is steady.
 
 The adaptive step compares each new shape with the one seen ahead along the last motion: their root mean
 square distance e falls with dt^2, like the error of the second-order scheme, and is kept at
@@ -10,63 +10,101 @@ cases (README, "Accuracy"). The first steps, which have no past to compare with,
 """
 import math
 
-from vesdyn.relaxation import RelaxationError
+from vesdyn.balance import NoBalanceError
+from vesdyn.spreading import STARTING_STEPS
 
 STEP_ERROR = 0.003  # distance [a0] allowed per unit of accuracy
 FIRST_STEP = 2e-3  # of a0^2/D, per unit of accuracy
 LONGEST_STEP = 0.05
 STEADY = 0.02  # per unit of accuracy: relative change over one a0^2/D that counts as none
 _GROWTH, _CUT = 1.5, 0.3
+_AIM, _TOO_FAR = 0.8, 2.0  # of the limit: what the next step aims at, and what makes one be taken again
 _SHORTEST = 1e-9
+_ROUNDING = 1e-9  # of a step: what counts as none
 
 
-def step(sim, stop):
-    """Take one coupling step of ``sim`` (`vesdyn.spreading.Spreading`), not beyond ``stop`` [a0^2/D].
+def march(sim, state=None, pause=lambda: None):
+    """Carry the scene ``sim`` (`vesdyn.spreading.Spreading`) to its end, yielding the `State` after each step.
 
-    Raises vesdyn.relaxation.RelaxationError where no step, however short, finds a balance.
+    ``state`` is where to begin, by default t = 0. Steps meet the marks of the case (frames, the displacement of the
+    front, the end); the front is displaced when its time has come; the march ends with the case or once nothing
+    moves. ``pause`` is called every few tenths of a second and may raise to give the step in hand up.
+
+    Raises vesdyn.balance.NoBalanceError where no step, however short, finds a balance.
     """
-    if sim.case.time.step == "auto":
-        _adaptive_step(sim, stop)
-    else:
-        left = math.ceil((stop - sim.time) / sim.case.time.step * (1.0 - 1e-9))
-        sim.advance(_level(sim.time, stop, left))
+    state = sim.start() if state is None else state
+    while not is_over(sim, state):
+        state = step(sim, _with_event(sim, state), next(t for t in sim.case.marks if t > state.time), pause)
+        yield state
 
 
-def _adaptive_step(sim, stop):
+def is_over(sim, state):
+    """True where the time of the case is up, or nothing moves any more nor will be moved."""
+    case = sim.case
+    if case.perturbation.front > 0 and state.time <= case.perturbation.at:
+        return False
+    steady = case.time.step == "auto" and case.time.stop_when_steady and is_steady(sim, state)
+    return steady or state.time == case.time.end
+
+
+def _with_event(sim, state):
+    """``state``, with the front displaced if that is due: no part of the state that was yielded at that time."""
+    perturbation = sim.case.perturbation
+    if perturbation.front > 0 and state.time == perturbation.at:
+        return sim.displace_front(state)
+    return state
+
+
+def step(sim, state, mark, pause=lambda: None):
+    """The `State` after one coupling step from ``state``, not beyond ``mark`` [a0^2/D].
+
+    Raises vesdyn.balance.NoBalanceError where no step, however short, finds a balance.
+    """
+    adaptive = sim.case.time.step == "auto"
+    try:
+        return (_adaptive_step if adaptive else _fixed_step)(sim, state, mark, pause)
+    except NoBalanceError as failure:
+        shorter = "shorter steps did not help" if adaptive else "reduce time.step"
+        remedy = "raise solver.max_iterations or solver.tolerance, or refine the mesh"
+        raise NoBalanceError(f"{failure}; {shorter}, {remedy}") from None
+
+
+def _fixed_step(sim, state, mark, pause):
+    left = math.ceil((mark - state.time) / sim.case.time.step * (1.0 - _ROUNDING))
+    return sim.advance(state, _level(state.time, mark, left), pause)
+
+
+def _adaptive_step(sim, state, mark, pause):
     accuracy = sim.case.accuracy
     limit = STEP_ERROR * accuracy
-    wanted = sim.dt_wanted or FIRST_STEP * accuracy
-    before = sim.state()
+    wanted = state.dt_wanted if state.steps else FIRST_STEP * accuracy
+    is_estimated = state.steps >= STARTING_STEPS
     while True:
-        until = _level(sim.time, stop, math.ceil((stop - sim.time) / wanted * (1.0 - 1e-9)))
-        dt = until - sim.time
+        until = _level(state.time, mark, math.ceil((mark - state.time) / wanted * (1.0 - _ROUNDING)))
+        dt = until - state.time
         try:
-            sim.advance(until)
-        except RelaxationError:
+            new = sim.advance(state, until, pause)
+        except NoBalanceError:
             if dt <= _SHORTEST:
                 raise
-            sim.restore(before)
             wanted = _CUT * dt
             continue
-        if sim.step_error == 0.0:  # still starting
-            break
-        factor = min(_GROWTH, max(_CUT, math.sqrt(0.8 * limit / sim.step_error)))
-        if sim.step_error > 2.0 * limit and dt > _SHORTEST:
-            sim.restore(before)
-            wanted = factor * dt
-            continue
-        # a step cut short by a stop says little: do not let it shrink the next one
-        wanted = min(LONGEST_STEP, max(factor * dt, wanted if factor >= 1.0 else 0.0))
-        break
-    sim.dt_wanted = wanted
+        if is_estimated and new.step_error > 0.0:
+            factor = min(_GROWTH, max(_CUT, math.sqrt(_AIM * limit / new.step_error)))
+            if new.step_error > _TOO_FAR * limit and dt > _SHORTEST:
+                wanted = factor * dt
+                continue
+            # a step cut short by a mark says little: do not let it shrink the next one
+            wanted = min(LONGEST_STEP, max(factor * dt, wanted if factor >= 1.0 else 0.0))
+        return new._replace(dt_wanted=wanted)
 
 
-def _level(time, stop, steps):
-    """End of the first of ``steps`` equal steps from ``time`` to ``stop``; the last one meets it exactly."""
-    return stop if steps <= 1 else time + (stop - time) / steps
+def _level(time, mark, steps):
+    """End of the first of ``steps`` equal steps from ``time`` to ``mark``; the last one meets it exactly."""
+    return mark if steps <= 1 else time + (mark - time) / steps
 
 
-def is_steady(sim):
+def is_steady(sim, state):
     """True where neither the membrane nor the receptors move any more, by the accuracy wish."""
-    moved, changed = sim.rates()
-    return sim.steps > 0 and max(moved, changed) < STEADY * sim.case.accuracy
+    moved, changed = sim.rates(state)
+    return state.steps > 0 and max(moved, changed) < STEADY * sim.case.accuracy

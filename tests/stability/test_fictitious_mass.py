@@ -6,10 +6,9 @@ to the bound: the limit is f = 1/k, for any damping centred in time. k is measur
 
 import numpy as np
 import pytest
-from measure import BODIES, balance_of, relaxed, shaken, sphere, static_case, stiffness_ratio
+from measure import BODIES, balance_of, marched, relaxed, shaken, sphere, static_case, stiffness_ratio
 
-from vesdyn import relaxation
-from vesdyn.relaxation import CONVERGED, DIVERGED, STALLED
+from vesdyn.balance import CONVERGED, DIVERGED, STALLED
 from vesdyn.spreading import Spreading
 
 STRETCH = 1.2
@@ -41,8 +40,6 @@ def test_just_outside_the_critical_mass(model, thickness, kinetic):
     balance, start, k = floating_sphere(model, thickness)
     _, outcome = relaxed(balance, start, 1e-8, kinetic, lighter=1.10 / k, pressure=PRESSURE)
     assert outcome.status == DIVERGED
-    controls = relaxation.Controls(1e-8, 200_000, kinetic)
-    assert "the relaxation diverged after" in relaxation.explain(outcome, controls, 0.0, 0.1)
 
 
 @pytest.mark.parametrize("model", BODIES)
@@ -59,8 +56,6 @@ def test_many_iterations_are_not_a_divergence():
 
     It starts close to balance: its first residual is small, and is exceeded for long on the way.
     """
-    spreading = Spreading(static_case("axisymmetric", 0.005, 1.0, drag=0.07))
-    for time in 0.002 * 2.0 ** np.arange(7):
-        spreading.advance(time)
-    assert spreading.residual <= 1e-6
-    assert spreading.history_row()["tension_min"] > -0.15  # the compression of the contact disc, no fold
+    moment = marched(Spreading(static_case("axisymmetric", 0.005, 1.0, drag=0.07)), 0.002 * 2.0 ** np.arange(7))
+    assert moment["residual"] <= 1e-6
+    assert moment["tension_min"] > -0.15  # the compression of the contact disc, no fold

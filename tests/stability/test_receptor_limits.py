@@ -37,7 +37,7 @@ def test_exponential_fitting_stays_positive_where_the_central_scheme_fails(pecle
     number[-1] = 1.0
     central = central_step(edges, area, number, work, 1e3)
     assert (central.min() < 0.0) == (peclet > 2.0)
-    assert receptors.step_receptors(edges, area, PLENTY, 1e3, number, work) == receptors.SOLVED
+    assert receptors.step_receptors(edges, area, PLENTY, np.ones(12), 1e3, number, work)
     assert number.min() > 0.0
 
 
@@ -46,7 +46,7 @@ def test_no_cell_peclet_number_is_too_large(peclet):
     """exp(peclet) overflows beyond 709: nothing flows uphill, and the number is kept."""
     edges, area, number, work = chain(12, peclet)
     for _ in range(5):
-        assert receptors.step_receptors(edges, area, PLENTY, 1e-3, number, work) == receptors.SOLVED
+        assert receptors.step_receptors(edges, area, PLENTY, np.ones(12), 1e-3, number, work)
         assert number.min() > 0.0
     assert number.sum() == pytest.approx(12.0, rel=1e-14)
 
@@ -56,7 +56,7 @@ def test_saturation_is_iterated_to_convergence_just_outside_of_it():
     results = []
     for ligand_ratio in (1.0001, 0.9999, 0.01):
         edges, area, number, work = chain(12, 0.5)
-        assert receptors.step_receptors(edges, area, ligand_ratio, 0.1, number, work) == receptors.SOLVED
+        assert receptors.step_receptors(edges, area, ligand_ratio, np.ones(12), 0.1, number, work)
         assert number.min() > 0.0 and number.sum() == pytest.approx(12.0, rel=1e-13)
         results.append(number.copy())
     assert np.abs(results[0] - results[1]).max() < 1e-3
@@ -67,7 +67,7 @@ def test_saturation_is_iterated_to_convergence_just_outside_of_it():
 def test_what_is_not_a_number_is_reported(bad):
     edges, area, number, work = chain(12, 1.0)
     number[5] = bad
-    assert receptors.step_receptors(edges, area, PLENTY, 0.1, number, work) == receptors.STALLED
+    assert not receptors.step_receptors(edges, area, PLENTY, np.ones(12), 0.1, number, work)
 
 
 def test_drop_of_the_exponent_in_the_typical_case_is_far_inside():

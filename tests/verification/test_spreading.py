@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from vesdyn.case import Case, load_case
+from vesdyn.diagnostics import Moment
 from vesdyn.planning import plan
 from vesdyn.spreading import Spreading
-from vesdyn.stepping import step
+from vesdyn.stepping import march
 
 ROOT = Path(__file__).parents[2]
 with (ROOT / "tests" / "data" / "spreading_reference.csv").open() as file:
@@ -41,12 +42,9 @@ def case_of(known, **changes):
 
 
 def curves(case):
-    """History rows of ``case`` at its stops."""
-    sim, rows = Spreading(case), []
-    for stop in case.stops:
-        while sim.time < stop:
-            step(sim, stop)
-        rows.append(sim.history_row())
+    """History rows of ``case`` at its marks."""
+    sim = Spreading(case)
+    rows = [Moment(sim, state).row() for state in march(sim) if state.time in case.marks]
     return {key: np.array([row[key] for row in rows]) for key in rows[0]}
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vesdyn.contact import is_held
+from vesdyn.substrate import is_held
 
 
 @pytest.mark.parametrize(

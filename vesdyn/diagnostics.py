@@ -1,0 +1,125 @@
+"""What is measured of a state: the columns of the history, each with its unit, its meaning and its function.
+
+The header of history.csv, `vesdyn info`, the documentation and the units of `vesdyn.open_run` follow from COLUMNS. A
+user's own column is one more `Column`.
+"""
+from functools import cached_property
+from typing import Callable, NamedTuple
+
+import numpy as np
+
+from vesdyn.adhesion import adhesion_traction, ligand_density
+from vesdyn.body import area_below, elastic_energy, principal_tensions, set_shares_below
+from vesdyn.front import contact_radius
+from vesdyn.substrate import gaps, touches
+
+BINDING_GAP = 0.02  # of the cutoff: membrane closer than this counts as bound
+
+
+class Moment:
+    """A state of a scene and what can be measured of it; each value is computed when it is asked for, once.
+
+    ``moment[name]`` is a column; ``time`` [a0^2/D], ``x`` (n_nodes, d) [a0], ``density`` (n_nodes,) [c_r0],
+    ``tensions`` (n_elements, 2) [kT/a0^2] and ``state`` (`vesdyn.spreading.State`) are attributes.
+    """
+
+    def __init__(self, sim, state, columns=()):
+        self.sim, self.state = sim, state
+        self._columns = {column.name: column for column in (*COLUMNS, *columns)}
+        self._values = {}
+
+    def __getitem__(self, name):
+        if name not in self._values:
+            self._values[name] = self._columns[name].value(self)
+        return self._values[name]
+
+    def row(self):
+        """Every column by name, in order."""
+        return {name: self[name] for name in self._columns}
+
+    @property
+    def time(self):
+        return self.state.time
+
+    @property
+    def x(self):
+        return self.state.x
+
+    @cached_property
+    def density(self):
+        return self.state.density
+
+    @cached_property
+    def tensions(self):
+        tension = np.zeros((len(self.sim.body.elements), 2))
+        principal_tensions(self.sim.body, self.x, tension)
+        return tension
+
+    def front(self, level):
+        """Membrane area below ``level`` [a0] and the mean radius of its rim: [a0^2], [a0]."""
+        body = self.sim.body
+        share = np.zeros(len(body.edges))
+        set_shares_below(body, self.x, level, share)
+        return area_below(body, self.x, level, share), contact_radius(self.x, body.edges, share)
+
+    @cached_property
+    def contact(self):
+        """Area [a0^2] and radius [a0] of the bound membrane."""
+        return self.front(BINDING_GAP * self.sim.case.adhesion.cutoff)
+
+    @cached_property
+    def slackest(self):
+        """Tension [kT/a0^2] and height [a0] of the free element in which a principal tension is smallest."""
+        gap = gaps(self.x)[self.sim.body.elements]
+        free = np.flatnonzero(~touches(gap.min(axis=1)))
+        smallest = self.tensions[free].min(axis=1)
+        at = free[np.argmin(smallest)]
+        return smallest.min(), gap[at].mean()
+
+    def frame(self):
+        """Elements (n_elements, k), nodal arrays and element arrays to store or draw."""
+        gap, density, tension = gaps(self.x).copy(), self.density, self.tensions
+        ligands = ligand_density(self.sim.case.ligands, self.x)
+        law = self.sim.adhesion
+        traction = np.array([adhesion_traction(law, *at) for at in zip(gap, density, ligands)])
+        nodal = {"position": self.x.copy(), "density": density, "gap": gap, "traction": traction}
+        return self.sim.body.elements, nodal, {"tension_1": tension[:, 0], "tension_2": tension[:, 1]}
+
+
+class Column(NamedTuple):
+    """A number that is recorded at every coupling step."""
+
+    name: str
+    unit: str  # "1" for a plain number
+    meaning: str
+    value: Callable[[Moment], float]
+
+
+def _lost_receptors(m):
+    return 0.0 if m.sim.adhesion.frozen else m.state.number.sum() / m.sim.number_0 - 1.0
+
+
+COLUMNS = (
+    Column("time", "a0^2/D", "time", lambda m: m.state.time),
+    Column("binding_area", "a0^2", "area of the membrane closer to the substrate than 0.02 d_c", lambda m: m.contact[0]),
+    Column("contact_radius", "a0", "mean radius of its rim", lambda m: m.contact[1]),
+    Column("pressure", "kT/a0^3", "pressure of the enclosed fluid", lambda m: m.state.pressure),
+    Column("volume_error", "1", "V/V0 - 1", lambda m: m.state.volume / m.sim.volume_0 - 1.0),
+    Column("receptor_number_error", "1", "N/N0 - 1", _lost_receptors),
+    Column("density_min", "c_r0", "smallest receptor density", lambda m: m.density.min()),
+    Column("density_max", "c_r0", "largest receptor density", lambda m: m.density.max()),
+    Column("membrane_area", "a0^2", "area of the whole membrane", lambda m: m.state.area.sum()),
+    Column("height", "a0", "height of the vesicle", lambda m: gaps(m.x).max()),
+    Column("elastic_energy", "kT", "strain and bending energy", lambda m: elastic_energy(m.sim.body, m.x)),
+    Column("adhesion_work", "kT", "work of the adhesion since t = 0", lambda m: m.state.adhesion_work),
+    Column("dissipation", "kT", "work against the drag since t = 0", lambda m: m.state.dissipation),
+    Column("iterations", "1", "iterations of the balance", lambda m: m.state.iterations),
+    Column("residual", "1", "largest out-of-balance force of a node, scaled", lambda m: m.state.residual),
+    Column("gap_min", "a0", "smallest gap; never negative", lambda m: gaps(m.x).min()),
+    Column("centre_gap", "a0", "gap in the middle of the contact", lambda m: gaps(m.x)[m.sim.lowest]),
+    Column("tension_min", "kT/a0^2", "smallest principal tension", lambda m: m.tensions.min()),
+    Column("free_tension_min", "kT/a0^2", "smallest principal tension of free membrane", lambda m: m.slackest[0]),
+    Column("free_tension_min_height", "a0", "height at which it is met", lambda m: m.slackest[1]),
+    Column("clipped_edges", "1", "edges whose negative conductance is set to zero", lambda m: m.state.clipped_edges),
+    Column("step_error", "a0", "distance of the shape from the one seen ahead", lambda m: m.state.step_error),
+)
