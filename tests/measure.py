@@ -213,7 +213,8 @@ def static_case(model, front_edge, traction, prestretch=1.0, cutoff=0.1, shear_m
         "membrane": {
             "shear_modulus": shear_modulus, "prestretch": prestretch, "thickness": more.get("thickness", 0.0)
         },
-        "adhesion": {"traction": traction * prestretch, "cutoff": cutoff / prestretch},
+        "adhesion": more.get("adhesion", {}) | {"traction": traction * prestretch, "cutoff": cutoff / prestretch},
+        "ligands": more.get("ligands", {}),
         "mesh": mesh | {"layout": more.get("layout", "rings")},
         "time": {"end": 2.0, "step": 1.0, "order": 1},
         "solver": {"tolerance": more.get("tolerance", 1e-6), "max_iterations": 400_000},

@@ -48,7 +48,7 @@ class TestEveryLaw:
         law = LAW._replace(law=self.law(name))
         z = np.linspace(0.0, 0.15, 3001)
         phi = np.zeros(len(z))
-        adhesion.set_boltzmann_exponents(17.5, law, np.stack([np.ones(len(z)), z], axis=1), phi)
+        adhesion.set_boltzmann_exponents(17.5, law, np.ones(len(z)), np.stack([np.ones(len(z)), z], axis=1), phi)
         slope = (phi[2:] - phi[:-2]) / (z[2:] - z[:-2])
         drift = 17.5 * np.array([adhesion_traction(law, gap, 1.0, 1.0) for gap in z[1:-1]])
         kinks = np.append(getattr(law.law, "knot", []), 0.1)

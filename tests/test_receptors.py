@@ -29,7 +29,7 @@ class FrozenMembrane:
         edge_conductances(body, self.x, self.work.conductance)
         self.ligands = np.ones(len(self.x))
         adhesion = TractionSeparation(Linear(CUTOFF), 1.0, ligand_ratio, False)
-        set_boltzmann_exponents(2.0 * depth / CUTOFF, adhesion, self.x, self.work.exponent)
+        set_boltzmann_exponents(2.0 * depth / CUTOFF, adhesion, self.ligands, self.x, self.work.exponent)
         self.number = self.area.copy()  # c = 1
 
     @property

@@ -185,13 +185,14 @@ def steepest_load(adhesion, number, area, ligands):
 
 
 @njit
-def set_boltzmann_exponents(drift_number, adhesion, x, exponent):
+def set_boltzmann_exponents(drift_number, adhesion, ligands, x, exponent):
     """Overwrite ``exponent`` (n_nodes,): the zero-flux density is c ~ exp(phi) below saturation.
 
-    phi = L T_max F(d), L the drift number; its slope along the membrane is the drift of (4) over even ligands.
+    phi = L T_max l F(d), L the drift number; its slope along the membrane is the drift of (4). Where ``ligands`` l
+    (n_nodes,) are patterned it also leads to where they are denser, as the gain of a receptor that binds does.
     """
     for i in range(x.shape[0]):
-        exponent[i] = drift_number * adhesion.traction * integral(adhesion.law, gap_of(x, i))
+        exponent[i] = drift_number * adhesion.traction * ligands[i] * integral(adhesion.law, gap_of(x, i))
 
 
 @njit

@@ -3,8 +3,8 @@
     d/dt N_i = - sum_j F_ij,     F_ij = w_ij [B(u) c_i - B(-u) c_j],     c_i = N_i / A_i        (4), (5)
 
 Exponential fitting (Scharfetter & Gummel 1969): w_ij is the conductance of the edge, B(u) = u/(e^u - 1),
-and u = s (phi_i - phi_j) the drop of the Boltzmann exponent (`vesdyn.adhesion`) along it, with
-s = l min(1, q l/c): l the relative density of the ligands below, and less where they are scarcer than receptors. Below saturation the zero-flux state
+and u = s (phi_i - phi_j) the drop of the Boltzmann exponent (`vesdyn.adhesion`) along it, reduced by
+s = min(1, q l/c) where ligands, of relative density l, are scarcer than receptors. Below saturation the zero-flux state
 c ~ exp(phi) is exact at the nodes. For w_ij >= 0 the matrix of the implicit step is an M-matrix:
 density stays positive for any step and any cell Peclet number. Fluxes are antisymmetric, so the
 number is conserved to round-off whatever the accuracy of the linear solution. First order in time.
@@ -63,7 +63,7 @@ def set_flux_coefficients(edges, ligand_ratio, ligands, dt, scratch):
         i, j = edges[e, 0], edges[e, 1]
         mean, below = 0.5 * (scratch.density[i] + scratch.density[j]), 0.5 * (ligands[i] + ligands[j])
         bound = 1.0 if mean <= ligand_ratio * below else ligand_ratio * below / mean  # share of the receptors
-        u = below * bound * (scratch.exponent[i] - scratch.exponent[j])
+        u = bound * (scratch.exponent[i] - scratch.exponent[j])
         weight = dt * scratch.conductance[e]
         scratch.forth[e] = weight * bernoulli(u)
         scratch.back[e] = weight * bernoulli(-u)

@@ -220,7 +220,7 @@ class Spreading:
             number = state.number.copy()
         area, _ = self.measure(x)
         clipped = edge_conductances(self.body, x, self.transport.conductance)
-        adhesion.set_boltzmann_exponents(self.case.drift_number, self.adhesion, x, self.transport.exponent)
+        adhesion.set_boltzmann_exponents(self.case.drift_number, self.adhesion, ligands, x, self.transport.exponent)
         found = receptors.step_receptors(
             self.body.edges, area, self.adhesion.ligand_ratio, ligands, rate.step, number, self.transport
         )
