@@ -17,7 +17,7 @@ from pathlib import Path
 def main(argv=None):
     """Carry out the command line ``argv`` (by default that of the process); return the exit status."""
     arguments = _parser().parse_args(argv)
-    from vesdyn.case import CaseError
+    from vesdyn.errors import CaseError
     from vesdyn.storage import RunDirectoryError
 
     try:
@@ -93,7 +93,7 @@ class _Version(argparse.Action):
 
 
 def _run(arguments):
-    from vesdyn.case import load_case
+    from vesdyn.case_file import load_case
 
     from vesdyn.planning import needs_planning, plan
 
@@ -129,7 +129,7 @@ def _batch(arguments):
 
 
 def _explain(arguments):
-    from vesdyn.case import load_case
+    from vesdyn.case_file import load_case
     from vesdyn.planning import plan
 
     case = load_case(arguments.case, arguments.set)
@@ -140,7 +140,7 @@ def _explain(arguments):
 
 
 def _resume(arguments):
-    from vesdyn.case import load_case
+    from vesdyn.case_file import load_case
 
     return _compute(load_case(arguments.dir / "case.yaml"), arguments.dir, arguments.quiet)
 
@@ -180,7 +180,7 @@ def _figures(outcome):
 
 
 def _info(arguments):
-    from vesdyn.case import load_case
+    from vesdyn.case_file import load_case
     from vesdyn.storage import RunDirectory
 
     directory = RunDirectory(arguments.dir)
@@ -209,7 +209,7 @@ def _info(arguments):
 
 
 def _template(arguments):
-    from vesdyn.case import template
+    from vesdyn.case_file import template
 
     print(template(), end="")
     return 0
