@@ -511,6 +511,11 @@ class Case(_Section):
         times = {*self.output.frames, self.time.end}
         return tuple(sorted(times | ({self.perturbation.at} if self.perturbation.front > 0 else set())))
 
+    @property
+    def _is_all_fixed(self):
+        """Whether accuracy decides no more than the tolerance."""
+        return "auto" not in (self.model, self.mesh.front_edge, self.mesh.far_edge, self.time.step)
+
     # What is doubtful
 
     def idle(self):
@@ -532,7 +537,7 @@ class Case(_Section):
             idle["ligands.period"] = f"a {self.ligands.pattern} does not repeat"
         if self.time.step != "auto":
             idle["time.stop_when_steady"] = "a run with a fixed time.step goes on to its end"
-            if "auto" not in (self.model, mesh.front_edge, mesh.far_edge, self.solver.tolerance):
+            if self._is_all_fixed and self.solver.tolerance != "auto":
                 idle["accuracy"] = "model, mesh, time.step and solver.tolerance are all fixed"
         if receptors.frozen or adhesion.traction == 0:
             why = "receptors.frozen is true" if receptors.frozen else "adhesion.traction is 0"
@@ -644,7 +649,7 @@ class Case(_Section):
         """Value of each dotted key that decides numbers."""
         flat = _flat(self.resolved())
         flat["solver.tolerance"] = self.tolerance
-        for key in (*_UNDECISIVE, *self.idle()):
+        for key in (*_UNDECISIVE, *self.idle(), *(("accuracy",) if self._is_all_fixed else ())):
             flat.pop(key, None)
         return {key: value + 0.0 if isinstance(value, float) else value for key, value in flat.items()}
 
@@ -662,7 +667,7 @@ def continuation_conflicts(stored, wanted, time):
     An empty list allows it. Else a clause for each key: "drag: 0.07 there, 0.1 here". Allowed is what could not have
     changed what was computed up to ``time``: another name, interval of checkpoints, limit of iterations or tolerance
     (what a failed run is advised to change); an end and frames that lie ahead, unless steps of fixed length were
-    shortened to meet those of before; and no longer stopping when steady. Equal cases have no conflicts, and a
+    shortened to meet the end of before; and no longer stopping when steady. Equal cases have no conflicts, and a
     finished run is one at its last time.
     """
     free = {"time.end", "output.frames", "solver.tolerance", "time.stop_when_steady"}
@@ -682,24 +687,17 @@ def continuation_conflicts(stored, wanted, time):
         passed, wished = ([t for t in times if not same_time(t, time)] for times in (passed, wished))
     if len(passed) != len(wished) or not all(map(same_time, passed, wished)):
         conflicts.append(f"output.frames: {passed} there, {wished} here, up to t = {number(time)} that is reached")
-    if not conflicts and stored.time.step != "auto":
-        common = [t for t in stored.marks if t <= reached and any(same_time(t, other) for other in wanted.marks)]
-        last = max(common, default=0.0)
-        lengths = []
-        for case in (stored, wanted):
-            ahead = next((t for t in case.marks if t > last and not same_time(t, last)), None)
-            lengths.append(None if ahead is None else _fixed_step(last, ahead, case.time.step))
-        if not same_time(last, time) and None not in lengths and not same_time(*lengths):
+    step, end = stored.time.step, stored.time.end
+    if step != "auto" and time > 0 and not same_time(end, wanted.time.end):
+        last = max((t for t in stored.marks if t < min(time, end) and not same_time(t, min(time, end))), default=0.0)
+        met = min(t for t in stored.marks if t > last)
+        length = (met - last) / math.ceil((met - last) / step * (1.0 - SAME_TIME))
+        if met == end and length < step * (1.0 - SAME_TIME):
             conflicts.append(
-                f"time.end, output.frames: the steps up to t = {number(time)} are {number(lengths[0])} long there, to"
-                f" meet a time ahead, and would be {number(lengths[1])} here"
+                f"time.end: {number(end)} there, {number(wanted.time.end)} here, and the steps up to t = {number(time)}"
+                f" were shortened from {number(step)} to meet the former"
             )
     return conflicts
-
-
-def _fixed_step(start, stop, step):
-    """Length of the equal steps of at most ``step`` from ``start`` to ``stop``."""
-    return (stop - start) / math.ceil((stop - start) / step * (1.0 - SAME_TIME))
 
 
 def _told(value):
