@@ -23,7 +23,7 @@ import numpy as np
 import paper
 import study
 
-from vesdyn.case import load_case
+from vesdyn.case_file import load_case
 
 TABLE = study.ROOT / "docs" / "claims.md"
 UNSTATED = (  # changes of a case

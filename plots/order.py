@@ -49,7 +49,7 @@ def taken_up(order, steps, mesh, smallest):
         sim.restore(copy.deepcopy(state))
         sim.dt_wanted = state["dt_before"]
         while sim.time < TAKEN_UP_END:
-            step(sim, next(t for t in sim.case.stops if t > sim.time))
+            step(sim, next(t for t in sim.case.marks if t > sim.time))
         return sim.history_row()["binding_area"]
 
     key = {**mesh, **smallest, "time.order": order, "time.step": "-".join(f"{dt:g}" for dt in steps)}
@@ -57,7 +57,7 @@ def taken_up(order, steps, mesh, smallest):
     if not store.exists():
         sim = new(smallest)
         while sim.time < EARLY:
-            step(sim, next(t for t in sim.case.stops if t > sim.time))
+            step(sim, next(t for t in sim.case.marks if t > sim.time))
         state = copy.deepcopy(sim.state())
         exact = area(smallest, state)
         np.savetxt(store, [area({"time.step": dt, "time.order": order}, state) / exact - 1.0 for dt in steps])

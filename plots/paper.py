@@ -9,7 +9,7 @@ import numpy as np
 import study
 from study import DARK, GREEN, LIGHT, RED
 
-from vesdyn.case import load_case
+from vesdyn.case_file import load_case
 
 FINER = 0.25  # wish of the second run / wish of the first
 START = 0.01  # errors are those after this time [a0^2/D]

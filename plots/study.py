@@ -21,7 +21,7 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from scipy.interpolate import CubicSpline
 
 from vesdyn.batch import run_batch
-from vesdyn.case import load_case
+from vesdyn.case_file import load_case
 from vesdyn.planning import needs_planning, plan
 from vesdyn.run import run_case
 from vesdyn.spreading import Spreading
@@ -174,7 +174,7 @@ def _time_steps(case):
     sim = Spreading(case)
     began = time.process_time()
     while sim.time < case.time.end and not (case.time.step == "auto" and is_steady(sim)):
-        step(sim, next(t for t in case.stops if t > sim.time))
+        step(sim, next(t for t in case.marks if t > sim.time))
     return time.process_time() - began
 
 

@@ -19,7 +19,9 @@ from rich.console import Console
 import vesdyn
 from vesdyn import batch
 from vesdyn.batch import BatchError, read_cases, run_batch
-from vesdyn.case import Case, CaseError, load_case
+from vesdyn.case import Case
+from vesdyn.case_file import load_case
+from vesdyn.errors import CaseError
 from vesdyn.cli import main
 from vesdyn.run import run_case
 from vesdyn.storage import RunDirectory

@@ -1,42 +1,29 @@
-"""The case: defaults, refusals that are sentences, doubts, and the way to YAML and back."""
+"""The case: defaults and how they give way, refusals that are sentences, doubts, what decides the numbers."""
 
+import itertools
 import pickle
-from pathlib import Path
 
+import numpy as np
 import pytest
-from pydantic import ValidationError
 
-from vesdyn.case import Case, CaseError, load_case, load_sweep, template
-
-CONFIGS = sorted((Path(__file__).parents[1] / "configs").glob("*.yaml"))
+from vesdyn.case import SECTIONS, Case, Membrane, Mesh, continuation_conflicts
+from vesdyn.errors import CaseError
 
 
-@pytest.fixture
-def load(tmp_path):
-    """Return a function that loads a case from YAML text (and overrides)."""
-
-    def load(text, *overrides):
-        file = tmp_path / "case.yaml"
-        file.write_text(text)
-        return load_case(file, overrides)
-
-    return load
+def case(**keys):
+    """A case with the ``keys``, dotted with a double underscore."""
+    return Case(**{"name": "a"} | {key.replace("__", "."): value for key, value in keys.items()})
 
 
-@pytest.fixture
-def complaint(load):
-    """Return a function that gives the message with which YAML text (and overrides) is refused."""
-
-    def complaint(text, *overrides):
-        with pytest.raises(CaseError) as refused:
-            load(text, *overrides)
-        return str(refused.value)
-
-    return complaint
+def refusal(**keys):
+    """The sentences with which a case of ``keys`` is refused."""
+    with pytest.raises(CaseError) as refused:
+        case(**keys)
+    return str(refused.value)
 
 
-def test_defaults_are_the_typical_case(load):
-    case = load("name: typical")
+def test_defaults_are_the_typical_case():
+    case = Case(name="typical")
     assert (case.membrane.shear_modulus, case.membrane.thickness, case.membrane.prestretch) == (1.81, 0.01, 1)
     assert (case.adhesion.traction, case.adhesion.cutoff, case.adhesion.ligand_ratio) == (2.416, 0.1, 8)
     assert (case.receptors.mobility, case.receptors.drift_number, case.receptors.frozen) == (2.1875, 17.5, False)
@@ -46,300 +33,363 @@ def test_defaults_are_the_typical_case(load):
     assert not case.warnings()
 
 
-@pytest.mark.parametrize("file", CONFIGS, ids=lambda file: file.stem)
-def test_shipped_cases_load_and_are_called_after_their_file(file):
-    assert load_case(file).name == file.stem
-
-
-def test_every_curve_of_the_figures_has_one_config():
-    parameters = {}
-    for file in CONFIGS:
-        case = load_case(file)
-        if (case.model, case.time.step, case.accuracy) == ("auto", "auto", 0.01):
-            adhesion = case.adhesion
-            scene = (case.membrane.shear_modulus, adhesion.traction, adhesion.cutoff, adhesion.ligand_ratio)
-            assert parameters.setdefault(scene, file.stem) == file.stem
-            assert case.receptors.mobility == 2.1875 and case.drag == 0.07
-    figure_4 = {(K, 1.51, 0.1, 8) for K in (0.603, 1.206, 1.81, 3.018)}
-    figure_5 = {(1.81, T, 0.1, 8) for T in (0.302, 0.604, 1.51, 2.416)}
-    figure_6 = {(1.81, 1.51, d_c, 8) for d_c in (0.06, 0.1, 0.18)}
-    figure_7 = {(1.81, 2.416, 0.1, q) for q in (1.5, 2, 3, 8)}
-    assert parameters.keys() == figure_4 | figure_5 | figure_6 | figure_7
-
-
-def test_typical_config_holds_the_defaults():
-    assert load_case(CONFIGS[[f.stem for f in CONFIGS].index("typical")]) == Case(name="typical")
-
-
-def test_resolved_case_reads_back_to_an_equal_one(load):
-    case = load("name: a\nreceptors: {drift_number: 17}\nadhesion: {ligand_ratio: 3}\ntime: {step: 1.0e-5}")
-    assert load(case.to_yaml()) == case
-    assert load(case.to_yaml() + "provenance: {vesdyn: 0.1.0}\n") == case
-
-
-def test_template_has_every_key_at_its_default(load):
-    case = load(template())
-    assert case == Case(name="typical")
-    for section in ("membrane", "adhesion", "receptors", "perturbation", "mesh", "time", "output", "solver"):
-        for key in type(getattr(case, section)).model_fields:
-            assert f"  {key}: " in template() or f"  # {key}: " in template()
-
-
-def test_case_is_frozen_comparable_and_picklable(load):
-    case = load("name: a")
-    with pytest.raises(ValidationError):
+def test_case_is_frozen_comparable_and_picklable():
+    case = Case(name="a", drag=0.1)
+    with pytest.raises(CaseError, match="drag: a case cannot be changed in place"):
         case.drag = 1.0
-    with pytest.raises(ValidationError):
+    with pytest.raises(CaseError, match="cannot be changed in place"):
         case.membrane.shear_modulus = 1.0
-    assert pickle.loads(pickle.dumps(case)) == case
-    assert case != load("name: a\ndrag: 0.08")
-    assert hash(case) == hash(load("name: a"))
-
-
-@pytest.mark.parametrize("text", ["1e-3", "1E-3", "1.e-3", "+1e-3", "0.001", "1.0e-03"])
-def test_numbers_with_exponents_are_numbers(load, text):
-    assert load(f"name: a\ntime: {{step: {text}}}").time.step == 1e-3
+    with pytest.raises(CaseError, match="cannot be changed in place"):
+        del case.drag
+    again = pickle.loads(pickle.dumps(case))
+    assert again == case and again.given("drag") and not again.given("mesh")
+    assert case != Case(name="a", drag=0.08)
+    assert hash(case) == hash(Case(name="a", drag=0.1))
 
 
 @pytest.mark.parametrize(
     "receptors, drift_number",
     [
-        ("{}", 8 * 2.1875),
-        ("{mobility: 2}", 16),
-        ("{drift_number: 12}", 12),
-        ("{mobility: 2, drift_number: 16}", 16),
-        ("{mobility: null, drift_number: 12}", 12),
+        ({}, 8 * 2.1875),
+        ({"mobility": 2}, 16),
+        ({"drift_number": 12}, 12),
+        ({"mobility": 2, "drift_number": 16}, 16),
+        ({"mobility": None, "drift_number": 12}, 12),
+        ({"mobility": None, "drift_number": None}, 8 * 2.1875),
     ],
 )
-def test_drift_number_is_resolved(load, receptors, drift_number):
-    case = load(f"name: a\nreceptors: {receptors}")
+def test_drift_number_is_resolved(receptors, drift_number):
+    case = Case(name="a", receptors=receptors)
     assert case.drift_number == case.receptors.drift_number == drift_number
     assert case.receptors.mobility == drift_number / 8
 
 
-def test_overrides_replace_add_and_are_read_as_yaml(load):
-    case = load("name: a\ntime: {end: 1}", "time.step=1e-3", "time.end=0.5", "output.frames=[0.1, 0.5]", "name=b")
-    assert (case.time.end, case.time.step, case.output.frames, case.name) == (0.5, 1e-3, (0.1, 0.5), "b")
+# In Python the same sentences as on the command line
 
 
 @pytest.mark.parametrize(
-    "yaml, key, part",
+    "keys, sentence",
     [
-        ("membrane: {shear_modulus: -1}", "membrane.shear_modulus", "-1 is out of range; it must be greater than 0."),
-        ("membrane: {shear_modulus: .nan}", "membrane.shear_modulus", ".nan is not a finite number"),
-        ("membrane: {shear_modulus: .inf}", "membrane.shear_modulus", ".inf is not a finite number"),
-        ("membrane: {shear_modulus: true}", "membrane.shear_modulus", "true is not a number"),
-        ("membrane: {shear_modulus: '1.81'}", "membrane.shear_modulus", "'1.81' is not a number"),
-        ("membrane: {shear_modulus: }", "membrane.shear_modulus", "null is not a number"),
-        ("membrane: {prestretch: 0.9}", "membrane.prestretch", "at least 1"),
-        ("membrane: 3", "membrane", "not a section"),
-        ("membrane: {shear_modulos: 1}", "membrane.shear_modulos", "unknown key, did you mean shear_modulus?"),
-        ("shear_modulus: 1", "shear_modulus", "unknown key, did you mean membrane.shear_modulus?"),
-        ("xyzzy: 1", "xyzzy", "unknown key, leave it out; the keys here are name, model"),
-        ("1: 2", "1", "unknown key"),
-        ("adhesion: {cutoff: 0}", "adhesion.cutoff", "greater than 0"),
-        ("adhesion: {ligand_ratio: 0}", "adhesion.ligand_ratio", "greater than 0"),
-        ("receptors: {frozen: 1}", "receptors.frozen", "neither true nor false"),
-        ("receptors: {mobility: 2, drift_number: 12}", "receptors.drift_number", "12 contradicts"),
-        ("drag: -0.1", "drag", "at least 0"),
-        ("perturbation: {front: 0.3}", "perturbation.front", "at most 0.2"),
-        ("perturbation: {front: 0.02, at: 2}", "perturbation.at", "2 is not before the end of the run, 1.2"),
-        ("model: axisymmetric\nperturbation: {front: 0.02}", "perturbation.front", "set model to surface or auto"),
-        ("model: flat", "model", "flat is not available; choose 'surface', 'axisymmetric' or 'auto'."),
-        ("mesh: {front_edge: 0.06}", "mesh.front_edge", "0.06 is longer than far_edge = 0.05"),
-        ("mesh: {layout: cubes}", "mesh.layout", "choose 'scalloped', 'rings' or 'spiral'"),
-        ("time: {end: -1}", "time.end", "greater than 0"),
-        ("time: {step: 2}", "time.step", "longer than the whole run"),
-        ("output: {frames: [0.3, 0.1]}", "output.frames", "does not increase"),
-        ("output: {frames: [0.1, 0.1]}", "output.frames", "does not increase"),
-        ("output: {frames: [0, 0.1]}", "output.frames", "always stored"),
-        ("output: {frames: [0.1, 3]}", "output.frames", "after the end of the run"),
-        ("output: {frames: [0.1, yes]}", "output.frames[1]", "true is not a number"),
-        ("output: {frames: 0.1}", "output.frames", "not a list"),
-        ("solver: {max_iterations: 1.5}", "solver.max_iterations", "not a whole number"),
+        ({"adhesion": {"tracton": 1}}, "adhesion.tracton: unknown key, did you mean traction?"),
+        ({"adhesion.tracton": 1}, "adhesion.tracton: unknown key, did you mean traction?"),
+        ({"drga": 1}, "drga: unknown key, did you mean drag?"),
+        ({"thickness": 0}, "thickness: unknown key, did you mean membrane.thickness?"),
+        ({"drag": "0.1"}, "drag: '0.1' is not a number; write a plain one such as 0.07, without quotes or units."),
+        ({"drag": None}, "drag: null is not a number; write a plain one such as 0.07, without quotes or units."),
+        ({"drag.x": 1}, "drag.x: drag holds a value and has no keys in it; see `vesdyn template`."),
+        ({"time.end": 1, "time": {"end": 2}}, "time: is given twice; give it once."),
+        ({"time.order": True}, "time.order: true is not available; choose 1 or 2."),
+        ({"mesh.front_edge": "fine"}, "mesh.front_edge: fine is neither a number nor auto; write one of them, without"
+         " quotes or units."),
+        ({"mesh.front_edge": [1]}, "mesh.front_edge: [1] is neither a number nor auto; write one of them, without"
+         " quotes or units."),
+        ({"mesh.front_edge": -1}, "mesh.front_edge: -1 is out of range; it must be greater than 0."),
+        ({"mesh.front_edge": 1e-9}, "mesh.front_edge: 1e-09 is out of range; it must be at least 1e-05."),
+        ({"drag": 5e-324}, "drag: 5e-324 is out of range; it must be 0 or at least 1e-15."),
+        ({"membrane": 3}, "membrane: 3 is not a section with keys; write for instance `{key: value}`, or leave it out."),
+        ({"membrane": object()}, "membrane: a value of type object is not a section with keys; write for instance"
+         " `{key: value}`, or leave it out."),
+        ({"receptors": {"mobility": 2, "drift_number": 12}}, "receptors.drift_number: 12 contradicts mobility x"
+         " ligand_ratio = 16; give only one of the two (null leaves one out)."),
+        ({"model": "axisymmetric", "perturbation.front": 0.02}, "perturbation.front: an axisymmetric body cannot carry"
+         " it; set model to surface or auto, or front to 0."),
+        ({"solver.max_iterations": 10**30}, f"solver.max_iterations: {10**30} is out of range; it must be at most 1e+09."),
+        ({"perturbation.seed": 10**5000}, "perturbation.seed: a whole number of too many digits is out of range; it"
+         " must be at most 9.22337e+18."),
+        ({"name": "a\x1b[31m"}, "name: 'a\\x1b[31m' cannot name a directory; use letters, digits and, not first, '.',"
+         " '_', '-', '='."),
+        ({"output.frames": [0.1] * 1001}, "output.frames: [0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0..."
+         " is too long; give at most 1000 values."),
     ],
-)
-def test_refusals_name_file_key_value_and_remedy(complaint, tmp_path, yaml, key, part):
-    message = complaint(f"name: a\n{yaml}")
-    assert message.startswith(f"{tmp_path / 'case.yaml'}: {key}: ")
-    assert part in message
-    assert message.endswith((".", "?")) and "\n" not in message
+)  # fmt: skip
+def test_python_users_read_the_same_sentences(keys, sentence):
+    assert refusal(**keys) == sentence
+    with pytest.raises(CaseError) as refused:
+        Case(name="a").changed(**keys)
+    assert str(refused.value) == sentence
 
 
-@pytest.mark.parametrize("name", ["a/b", "..", ".hidden", "-x", "''", "a b"])
-def test_names_that_are_no_directory_names_are_refused(complaint, name):
-    assert "cannot name a directory" in complaint(f"name: {name}")
+def test_a_case_without_a_name_and_a_wrong_section():
+    with pytest.raises(CaseError, match="^name: missing; give it.$"):
+        Case()
+    with pytest.raises(CaseError, match="^thickness: -1 is out of range; it must be at least 0.$"):
+        Membrane(thickness=-1)
+    with pytest.raises(CaseError, match="^thicknes: unknown key, did you mean thickness"):
+        case().membrane.model_copy(update={"thicknes": 0})
 
 
-def test_a_number_as_name_is_refused(complaint):
-    assert "put it in quotes" in complaint("name: 2024")
+def test_at_most_twenty_sentences():
+    lines = refusal(**{f"key{i}": i for i in range(1000)}).splitlines()
+    assert len(lines) == 20
+    assert lines[-1] == "key0: and 981 more faults; correct these first."
 
 
-def test_every_problem_gets_its_own_line(complaint):
-    lines = complaint("drag: -1\ntime: {end: x}").splitlines()
-    assert [line.split(": ")[1] for line in lines] == ["name", "drag", "time.end"]
+def test_numpy_is_as_good_as_python():
+    a = case(drag=np.float32(0.5), output__frames=np.arange(0.1, 0.35, 0.1), perturbation__seed=np.int64(3))
+    assert (a.drag, a.output.frames, a.perturbation.seed) == (0.5, (0.1, 0.2, 0.30000000000000004), 3)
+    assert type(a.perturbation.seed) is int and type(a.drag) is float
+
+
+# What was given, and changes
+
+
+def test_given_tells_keys_that_were_written():
+    a = case(mesh__front_edge=0.015, drag=0.07, membrane={})
+    assert a.given("mesh.front_edge") and a.given("mesh") and a.given("drag") and a.given("name")
+    assert not (a.given("mesh.far_edge") or a.given("membrane") or a.given("time.end") or a.given("accuracy"))
+    assert a.given_keys() == {"name": "a", "drag": 0.07, "mesh": {"front_edge": 0.015}}
+    with pytest.raises(CaseError, match="^mesh.front: unknown key, did you mean front_edge"):
+        a.given("mesh.front")
+
+
+def test_changed_validates_keeps_the_given_and_wins():
+    a = case(receptors__mobility=2, mesh={"front_edge": 0.02, "far_edge": 0.06})
+    b = a.changed(receptors={"drift_number": 20}, **{"time.end": 0.5})
+    assert (b.drift_number, b.receptors.mobility, b.time.end) == (20, 2.5, 0.5)
+    assert b.output.frames == (0.008, 0.044, 0.128)
+    assert b.changed(**{"time.end": 1.2}).output.frames == Case(name="a").output.frames
+    assert a.changed(**{"adhesion.ligand_ratio": 3}).drift_number == 6
+    assert a.changed(mesh=Mesh(far_edge=0.1)).given_keys()["mesh"] == {"far_edge": 0.1}
+    assert a.changed() == a and a.changed(mesh={"far_edge": 0.1}).mesh.front_edge == 0.02
+
+
+def test_model_copy_validates_too():
+    with pytest.raises(CaseError, match="^drag: x is not a number"):
+        case().model_copy(update={"drag": "x"})
+    mesh = case().mesh.model_copy(update={"front_edge": 0.03})
+    assert case().model_copy(update={"mesh": mesh}).mesh.front_edge == 0.03
+
+
+def test_written_frames_that_a_change_leaves_out_are_told():
+    with pytest.warns(UserWarning, match="^output.frames: 0.8 is after the end of the run, 0.5, and left out.$"):
+        assert case(output__frames=[0.1, 0.8]).changed(**{"time.end": 0.5}).output.frames == (0.1,)
+
+
+# Nothing unwritten refuses what is written
 
 
 @pytest.mark.parametrize(
-    "text, part",
+    "keys, key, value",
     [
-        ("", "the file is empty"),
-        ("- 1\n- 2", "not a mapping"),
-        ("just text", "not a mapping"),
-        ("name: a\ntime: {end: 1", "line 2: "),
-        ("name: a\ndrag: 0.1\ndrag: 0.2", "line 3: the key drag is given twice"),
-        ("name: a\ntime: {end: 1, end: 2}", "line 2: the key end is given twice"),
-        ("name: a\n\tdrag: 1", "line 2: "),
-        ("name: \0", "not readable as YAML"),
-        ("name: 2001-13-45", "month must be in 1..12"),
+        ({"time.end": 0.5}, "output.frames", (0.008, 0.044, 0.128)),
+        ({"time.end": 0.0005}, "output.frames", ()),
+        ({"time.end": 0.0005}, "time.step", 0.0005),
+        ({"time.end": 0.1, "perturbation.front": 0.02}, "perturbation.at", 0.05),
+        ({"mesh.front_edge": 0.06}, "mesh.far_edge", 0.06),
+        ({"mesh.far_edge": 0.01}, "mesh.front_edge", 0.01),
+        ({"output.frames": [0.1, 3]}, "time.end", 3),
+        ({"time.step": 2}, "time.end", 2),
+        ({"perturbation.front": 0.02, "perturbation.at": 2}, "time.end", 2 + 1.2 - 0.14),
+        ({"ligands.pattern": "stripes", "ligands.width": 1.5}, "ligands.period", 3),
+        ({"ligands.pattern": "squares", "ligands.period": 0.2}, "ligands.width", 0.1),
     ],
 )
-def test_files_that_are_no_case(complaint, text, part):
-    assert part in complaint(text)
+def test_defaults_give_way(keys, key, value):
+    a = case(**keys)
+    section, inner = key.split(".")
+    assert getattr(getattr(a, section), inner) == value
+    assert not a.given(key)
 
 
-def test_missing_file(tmp_path):
-    with pytest.raises(CaseError, match="No such file"):
-        load_case(tmp_path / "none.yaml")
-    with pytest.raises(CaseError, match="Is a directory"):
-        load_case(tmp_path)
+def test_on_a_meridian_edges_and_step_not_given_are_auto():
+    keys = ("front_edge", "far_edge")
+    a = case(model="axisymmetric")
+    assert [getattr(a.mesh, key) for key in keys] == ["auto", "auto"] and a.time.step == "auto"
+    assert case(model="auto").mesh.front_edge == "auto" == case(model="auto").time.step
+    assert case(model="auto", perturbation__amplitude=0.1).mesh.front_edge == 0.015  # will be a surface
+    b = case(model="axisymmetric", mesh__front_edge=0.02, time__step=0.002)
+    assert (b.mesh.front_edge, b.mesh.far_edge, b.time.step) == (0.02, "auto", 0.002)
 
 
 @pytest.mark.parametrize(
-    "override, part",
+    "keys, part",
     [
-        ("drag", "--set drag: not of the form"),
-        ("=1", "not of the form"),
-        ("time..end=1", "not of the form"),
-        ("drag=-1", "--set drag: -1 is out of range"),
-        ("drag.x=1", "--set drag.x: drag holds a value"),
-        ("time={end: 1", "--set time: line 1"),
-        ("time={end: -1}", "--set time.end: -1"),
-        ("output.frames=[x]", "--set output.frames[0]: x is not a number"),
+        ({"time.end": 0.5, "output.frames": [0.1, 0.8]}, "output.frames: 0.8 is after the end of the run, 0.5;"),
+        ({"time.end": 0.5, "output.frames": [0.500000005]}, "output.frames: 0.500000005 is after the end"),
+        ({"time.end": 0.1, "time.step": 0.2}, "time.step: 0.2 is longer than the whole run, end = 0.1;"),
+        ({"perturbation.front": 0.02, "perturbation.at": 0.2, "time.end": 0.2}, "perturbation.at: 0.2 is not before"),
+        ({"mesh.front_edge": 0.06, "mesh.far_edge": 0.05}, "mesh.front_edge: 0.06 is longer than far_edge = 0.05;"),
+        ({"output.frames": [0.1, 0.1]}, "output.frames: 0.1 after 0.1 does not increase;"),
+        ({"output.frames": [1e-12]}, "output.frames: 1e-12 is out of range;"),
+        ({"ligands": {"pattern": "stripes", "width": 0.2, "period": 0.2}}, "ligands.width: 0.2 leaves nothing between"),
+        ({"perturbation.amplitude": 0.1, "perturbation.mode": 10**6, "mesh.front_edge": 0.04},
+         "perturbation.mode: the mesh has 7.9e-05 nodes a wave"),
+        ({"perturbation.amplitude": 0.1, "mesh.front_edge": 0.5, "mesh.far_edge": 0.5},
+         "perturbation.amplitude: the mesh has 3.1 nodes a wave of mode 2"),
+        ({"perturbation.front": 0.1, "adhesion.traction": 0}, "perturbation.front: without adhesion.traction no front"),
     ],
-)
-def test_refused_overrides_are_named(complaint, override, part):
-    assert part in complaint("name: a\ndrag: 0.07", override)
+)  # fmt: skip
+def test_written_contradictions_are_refused(keys, part):
+    sentence = refusal(**keys)
+    assert sentence.startswith(part) and sentence.endswith(".")
+
+
+def test_times_within_a_rounding_are_one():
+    a = case(time__end=0.3, output__frames=[0.1, 0.2, 0.2 * (1 + 1e-12), 0.30000000000000004])
+    assert a.output.frames == (0.1, 0.2, 0.3) and a.marks == (0.1, 0.2, 0.3)
+    b = case(perturbation__front=0.02, perturbation__at=0.14, output__frames=[0.14 * (1 + 1e-12)], time__end=1)
+    assert b.marks == (0.14, 1)
+    assert case(time__end=0.3, time__step=0.30000000000000004).time.step == 0.3
+
+
+# What is doubtful
 
 
 @pytest.mark.parametrize(
-    "override, key",
+    "keys, key",
     [
-        ("mesh.front_edge=0.04", "adhesion.cutoff"),
-        ("time.step=0.01", "time.step"),
-        ("adhesion.traction=0.001", "adhesion.traction"),
-        ("adhesion.ligand_ratio=0.5", "adhesion.ligand_ratio"),
-        ("drag=0", "drag"),
+        ({"mesh.front_edge": 0.04}, "adhesion.cutoff"),
+        ({"time.step": 0.01}, "time.step"),
+        ({"time.step": 1e-7}, "time.step"),
+        ({"adhesion.traction": 0.001}, "adhesion.traction"),
+        ({"adhesion.ligand_ratio": 0.5}, "adhesion.ligand_ratio"),
+        ({"drag": 0}, "drag"),
+        ({"membrane.thickness": 0.2}, "membrane.thickness"),
+        ({"perturbation.amplitude": 0.1, "perturbation.mode": 30}, "perturbation.mode"),
+        # given, and idle
+        ({"model": "axisymmetric", "mesh.layout": "rings"}, "mesh.layout"),
+        ({"time.stop_when_steady": True}, "time.stop_when_steady"),
+        ({"perturbation.mode": 3}, "perturbation.mode"),
+        ({"perturbation.seed": 3}, "perturbation.seed"),
+        ({"perturbation.at": 0.1}, "perturbation.at"),
+        ({"adhesion.well": 0.1}, "adhesion.well"),
+        ({"adhesion.barrier": 0.1}, "adhesion.barrier"),
+        ({"adhesion.tail": 0.1}, "adhesion.tail"),
+        ({"ligands.width": 0.1}, "ligands.width"),
+        ({"ligands.elsewhere": 0.1}, "ligands.elsewhere"),
+        ({"ligands.blur": 0.1}, "ligands.blur"),
+        ({"ligands.period": 0.1}, "ligands.period"),
+        ({"ligands.pattern": "disc", "ligands.period": 0.1}, "ligands.period"),
+        ({"receptors.frozen": True, "receptors.mobility": 1}, "receptors.mobility"),
+        ({"receptors.frozen": True, "receptors.drift_number": 1}, "receptors.drift_number"),
+        ({"receptors.frozen": True, "adhesion.ligand_ratio": 2}, "adhesion.ligand_ratio"),
+        ({"accuracy": 0.02, "solver.tolerance": 1e-3, "mesh.front_edge": 0.02, "mesh.far_edge": 0.05,
+          "time.step": 0.001}, "accuracy"),
     ],
-)
-def test_doubtful_values_are_warned_of(load, override, key):
-    (doubt,) = load("name: a", override).warnings()
+)  # fmt: skip
+def test_doubtful_and_idle_keys_are_warned_of(keys, key):
+    (doubt,) = case(**keys).warnings()
     assert doubt.startswith(f"{key}: ") and doubt.endswith(".")
 
 
-# Bases
+def test_idle_defaults_are_not_warned_of():
+    assert case().warnings() == case(model="axisymmetric").warnings() == case(time__step="auto").warnings() == []
+    assert case(time__stop_when_steady=False).warnings() == []
 
 
-@pytest.fixture
-def files(tmp_path):
-    """Return a function that writes files, given by stem and text, and returns the path of the first."""
-
-    def files(**texts):
-        (tmp_path / "deeper").mkdir(exist_ok=True)
-        for stem, text in texts.items():
-            (tmp_path / f"{stem}.yaml").write_text(text)
-        return tmp_path / f"{next(iter(texts))}.yaml"
-
-    return files
+def test_a_given_mesh_and_step_that_miss_the_given_wish_are_told():
+    keys = {"mesh.front_edge": 0.02, "time.step": 0.004}
+    sentences = case(accuracy="0.1%", **keys).missed_wish(0.07, 0.036)
+    assert [sentence.split(":")[0] for sentence in sentences] == ["mesh.front_edge", "time.step"]
+    assert "7.0% of the binding area, and accuracy asks for 0.001" in sentences[0]
+    assert case(**keys).missed_wish(0.07, 0.036) == []  # a wish by default refuses nothing
+    assert case(accuracy=0.1, **keys).missed_wish(0.07, 0.036) == []
 
 
-def test_keys_of_a_base_are_defaults_through_a_chain_and_section_by_section(files, tmp_path):
-    path = files(
-        a="name: a\nbase: deeper/b.yaml\ntime: {end: 0.5}\noutput: {frames: [0.1]}",
-        c="name: c\ndrag: 0.1\ntime: {end: 2, order: 1}\noutput: {frames: [0.3, 0.4]}\nmesh: {layout: rings}",
-    )
-    (tmp_path / "deeper" / "b.yaml").write_text("base: ../c.yaml\nname: b\nmesh: auto\ntime: {step: 0.002}")
-    case = load_case(path)
-    assert (case.name, case.drag) == ("a", 0.1)
-    assert (case.time.end, case.time.order, case.time.step, case.output.frames) == (0.5, 1, 0.002, (0.1,))
-    assert (case.mesh.front_edge, case.mesh.layout) == ("auto", "rings")
-    assert "base" not in case.to_yaml()
-    assert load_case(path, ["mesh.front_edge=0.01"]).mesh.front_edge == 0.01
+# What decides the numbers
+
+OTHER = {  # another value of each key
+    "name": "b", "model": "auto", "accuracy": 0.02, "drag": 0.1,
+    "membrane.shear_modulus": 1, "membrane.thickness": 0, "membrane.prestretch": 1.1,
+    "adhesion.traction": 2, "adhesion.cutoff": 0.2, "adhesion.ligand_ratio": 3, "adhesion.law": "linear",
+    "adhesion.well": 0.4, "adhesion.barrier": 0.1, "adhesion.tail": 0.1,
+    "ligands.pattern": "squares", "ligands.width": 0.2, "ligands.period": 0.5, "ligands.elsewhere": 0.1,
+    "ligands.blur": 0.1, "receptors.mobility": 1, "receptors.drift_number": 4, "receptors.frozen": True,
+    "perturbation.mode": 3, "perturbation.amplitude": 0.2, "perturbation.front": 0.01, "perturbation.at": 0.2,
+    "perturbation.seed": 1, "mesh.front_edge": 0.02, "mesh.far_edge": 0.06, "mesh.layout": "rings",
+    "time.end": 1.3, "time.step": "auto", "time.order": 1, "time.stop_when_steady": False,
+    "output.frames": [0.1], "output.checkpoint_minutes": 1, "solver.tolerance": 1e-3, "solver.damping": "kinetic",
+    "solver.max_iterations": 100,
+}  # fmt: skip
+BUSY = {  # nothing idle in it
+    "adhesion.law": "double_well", "ligands.pattern": "stripes", "perturbation.amplitude": 0.1,
+    "perturbation.front": 0.02, "time.step": "auto", "time.end": 1.2,
+}  # fmt: skip
+KEYS = [f"{section}.{key}" if key else section for section in SECTIONS for key in SECTIONS[section] or [""]]
+UNDECISIVE = {"name", "output.checkpoint_minutes", "solver.max_iterations"}
+IDLE_BY_DEFAULT = {
+    "adhesion.well", "adhesion.barrier", "adhesion.tail", "ligands.width", "ligands.period", "ligands.elsewhere",
+    "ligands.blur", "perturbation.mode", "perturbation.at", "perturbation.seed", "time.stop_when_steady",
+    "adhesion.law",  # OTHER is the default here
+}  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "texts, begins, part",
-    [
-        ({"a": "base: b.yaml", "b": "name: b"}, "a.yaml: name: ", "missing"),
-        ({"a": "name: a\nbase: b.yaml", "b": "drag: -1"}, "b.yaml: drag: ", "at least 0"),
-        ({"a": "name: a\nbase: b.yaml\ndrag: -1", "b": "drag: 1"}, "a.yaml: drag: ", "at least 0"),
-        ({"a": "name: a\nbase: b.yaml", "b": "output: {frames: [x]}"}, "b.yaml: output.frames[0]: ", "not a number"),
-        ({"a": "name: a\nbase: b.yaml", "b": "drag: 1\ndrag: 2"}, "b.yaml: line 2: ", "given twice"),
-        ({"a": "name: a\nbase: b.yaml", "b": "base: a.yaml"}, "b.yaml: base: ", "leads in a circle"),
-        ({"a": "name: a\nbase: a.yaml"}, "a.yaml: base: ", "leads in a circle"),
-        ({"a": "name: a\nbase: none.yaml"}, "a.yaml: base: ", "none.yaml: No such file"),
-        ({"a": "name: a\nbase: [b.yaml]"}, "a.yaml: base: ", "[b.yaml] is not a path; give one"),
-        ({"a": "name: a\nbase: 3"}, "a.yaml: base: ", "3 is not a path"),
-        ({"a": "name: a\nbase: b.yaml", "b": ""}, "b.yaml: ", "the file is empty"),
-    ],
-)
-def test_refusals_name_the_file_of_the_fault(files, tmp_path, texts, begins, part):
-    with pytest.raises(CaseError) as refused:
-        load_case(files(**texts))
-    message = str(refused.value)
-    assert message.startswith(f"{tmp_path}/{begins}") and part in message and message.endswith(".")
-
-
-# Sweeps
-
-SWEPT = "name: a\nsweep: {membrane.shear_modulus: [0.603, 1.0e+1], adhesion.cutoff: [0.1, 0.2]}"
-
-
-def test_a_sweep_is_every_combination(files):
-    cases = load_sweep(files(a=SWEPT), ["drag=0.1"])
-    assert [case.name for case in cases] == [
-        "a-shear_modulus=0.603-cutoff=0.1",
-        "a-shear_modulus=0.603-cutoff=0.2",
-        "a-shear_modulus=10.0-cutoff=0.1",
-        "a-shear_modulus=10.0-cutoff=0.2",
-    ]
-    grid = [(case.membrane.shear_modulus, case.adhesion.cutoff) for case in cases]
-    assert grid == [(0.603, 0.1), (0.603, 0.2), (10, 0.1), (10, 0.2)]
-    assert {case.drag for case in cases} == {0.1}
-
-
-def test_any_value_can_be_swept(files):
-    cases = load_sweep(files(a="name: a\nsweep: {mesh: [auto, {layout: rings}], output.frames: [[], [0.1, 0.2]]}"))
-    assert [(case.mesh.front_edge, case.output.frames) for case in cases[::3]] == [("auto", ()), (0.015, (0.1, 0.2))]
-    assert cases[3].name == "a-mesh=_layout_rings_-frames=_0.1_0.2_"
-
-
-def test_without_a_sweep_a_file_is_one_case(files):
-    assert load_sweep(files(a="name: a")) == [Case(name="a")] == load_sweep(files(a="name: a\nsweep:"))
-
-
-def test_a_sweep_is_no_single_case(files, tmp_path):
-    with pytest.raises(CaseError) as refused:
-        load_case(files(a="name: a\nbase: b.yaml", b=SWEPT))
-    assert str(refused.value) == (
-        f"{tmp_path}/b.yaml: sweep: makes many cases of this file; run them by `vesdyn batch {tmp_path}/a.yaml`."
+@pytest.mark.parametrize("key", KEYS)
+def test_the_hash_is_of_what_decides_the_numbers(key):
+    busy = case(**BUSY)
+    other = {key: OTHER[key]} | ({"time.step": 0.001} if key == "time.step" else {})
+    assert (busy.changed(**other).hash == busy.hash) == (key in UNDECISIVE)
+    assert (case(**{key: OTHER[key]} if key != "name" else {}).hash == case().hash) == (
+        key in UNDECISIVE | IDLE_BY_DEFAULT
     )
 
 
+def test_the_hash_does_not_ask_whether_a_value_was_given_nor_how():
+    written = Case(**case().resolved())
+    assert written == case() and written.hash == case().hash and len(case().hash) == 64
+    assert case(receptors__drift_number=16).hash == case(receptors__mobility=2).hash
+    assert case(drag=0.0).hash == case(drag=-0.0).hash
+    assert case(solver__tolerance=0.04 * 0.01).hash == case().hash
+
+
+STORED = {"time.end": 0.02, "time.step": 0.001, "output.frames": [0.005, 0.015]}
+
+
 @pytest.mark.parametrize(
-    "text, overrides, part",
+    "stored, wanted, time, key",
     [
-        ("sweep: 3", (), "a.yaml: sweep: not a grid; write for instance"),
-        ("sweep: {drag: 3}", (), "a.yaml: sweep: drag: not a list"),
-        ("sweep: {drag: []}", (), "a.yaml: sweep: drag: not a list"),
-        ("sweep: {drag: [1, -1]}", (), "a.yaml: sweep: drag: -1 is out of range"),
-        ("sweep: {time.ends: [1]}", (), "a.yaml: sweep: time.ends: unknown key, did you mean end?"),
-        ("drag: 1\nsweep: {drag.x: [1]}", (), "a.yaml: sweep: drag.x: drag holds a value"),
-        ("sweep: {drag: [1, 2]}", ("drag=3",), "--set drag: is swept in"),
-        ("sweep: {drag: [1, 2]}", ("time.end=-1",), "--set time.end: -1"),
+        ({}, {}, 0.01, None),
+        ({}, {"name": "b", "output.checkpoint_minutes": 1, "solver.max_iterations": 9}, 0.01, None),
+        ({}, {"solver.tolerance": 1e-2}, 0.01, None),
+        ({}, {"time.end": 1.2}, 0.01, None),
+        ({}, {"time.end": 1.2}, 0.02, None),  # finished
+        ({}, {"time.end": 0.0305}, 0.02, None),
+        ({}, {"time.end": 0.012, "output.frames": [0.005]}, 0.01, None),
+        ({}, {"time.end": 0.008, "output.frames": [0.005]}, 0.01, "time.end"),
+        ({"time.end": 0.0205}, {"time.end": 1.2}, 0.018, "time.end"),  # its last steps were shortened
+        ({"time.end": 0.0205}, {"time.end": 1.2}, 0.015, None),  # and those up to its last frame not
+        ({"time.end": 0.0205}, {"time.end": 1.2}, 0.0, None),
+        ({"time.step": "auto"}, {"time.end": 1.2}, 0.018, None),
+        ({}, {"output.frames": [0.005, 0.012]}, 0.01, None),
+        ({}, {"output.frames": [0.005]}, 0.01, None),
+        ({}, {"output.frames": [0.005 * (1 + 1e-12), 0.018]}, 0.01, None),
+        ({}, {"output.frames": [0.008, 0.015]}, 0.01, "output.frames"),
+        ({}, {"output.frames": [0.015]}, 0.01, "output.frames"),
+        ({}, {"output.frames": [0.005, 0.015, 0.02], "time.end": 0.03}, 0.02, None),  # the last state is a frame
+        ({}, {"drag": 0.1}, 0.01, "drag"),
+        ({}, {"mesh.front_edge": 0.02}, 0.01, "mesh.front_edge"),
+        ({}, {"time.step": 0.002}, 0.01, "time.step"),
+        ({}, {"time.order": 1}, 0.01, "time.order"),
+        ({}, {"accuracy": 0.02}, 0.01, None),  # decides the tolerance alone
+        ({"time.step": "auto"}, {"accuracy": 0.02}, 0.01, "accuracy"),
+        ({}, {"solver.damping": "kinetic"}, 0.01, "solver.damping"),
+        ({}, {"receptors.mobility": 1}, 0.01, "receptors.drift_number"),
+        ({}, {"perturbation.seed": 3}, 0.01, None),  # idle
+        ({}, {"perturbation.front": 0.02, "perturbation.at": 0.018}, 0.01, "perturbation.front"),
+        ({"time.step": "auto"}, {"time.stop_when_steady": False}, 0.01, None),
+        ({"time.step": "auto", "time.stop_when_steady": False}, {"time.stop_when_steady": True}, 0.01,
+         "time.stop_when_steady"),
     ],
-)
-def test_refused_sweeps(files, text, overrides, part):
-    with pytest.raises(CaseError) as refused:
-        load_sweep(files(a=f"name: a\n{text}"), overrides)
-    assert part in str(refused.value) and "\n" not in str(refused.value)
+)  # fmt: skip
+def test_what_may_change_when_a_run_goes_on(stored, wanted, time, key):
+    stored, wanted = case(**STORED | stored), case(**STORED | {"time.step": stored.get("time.step", 0.001)} | wanted)
+    conflicts = continuation_conflicts(stored, wanted, time)
+    assert [conflict.split(":")[0] for conflict in conflicts][:1] == ([key] if key else [])
+
+
+# Limits
+
+
+def test_the_limits_leave_finite_numbers():
+    least = {"membrane.shear_modulus": 1e-9, "adhesion.traction": 1e-15, "adhesion.cutoff": 1e-6, "drag": 1e-15,
+             "adhesion.ligand_ratio": 1e-6, "receptors.drift_number": 1e-15, "mesh.front_edge": 1e-5,
+             "time.end": 1e-9, "time.step": 1e-9, "membrane.thickness": 1e-6}  # fmt: skip
+    most = {"membrane.shear_modulus": 1e12, "adhesion.traction": 1e12, "adhesion.cutoff": 1, "drag": 1e12,
+            "adhesion.ligand_ratio": 1e6, "receptors.drift_number": 1e9, "mesh.front_edge": 0.5,
+            "time.end": 1e6, "time.step": 1e6, "membrane.thickness": 0.5, "membrane.prestretch": 10}  # fmt: skip
+    for a, b in itertools.product((least, most), repeat=2):
+        mixed = {key: (a if i % 2 else b).get(key, most[key]) for i, key in enumerate(most)}
+        if mixed["time.step"] > mixed["time.end"]:
+            mixed["time.step"] = mixed["time.end"]
+        told = " ".join(case(**mixed).warnings())
+        assert "nan" not in told and "inf" not in told

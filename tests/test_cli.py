@@ -7,7 +7,8 @@ import pytest
 
 import vesdyn
 from vesdyn import run
-from vesdyn.case import Case, load_case
+from vesdyn.case import Case
+from vesdyn.case_file import load_case
 from vesdyn.cli import main
 from vesdyn.run import Outcome
 from vesdyn.storage import RunDirectory

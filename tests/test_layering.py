@@ -7,7 +7,10 @@ import pytest
 
 LADDER = [
     {"_jit", "errors"},
+    {"plain_yaml"},
+    {"refusals"},
     {"neo_hookean", "koiter", "curvature", "substrate", "receptors", "body", "meshing", "case"},
+    {"case_file"},
     {"adhesion", "front"},
     {"surface", "meridian", "balance"},
     {"relaxation"},

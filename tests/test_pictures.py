@@ -7,7 +7,8 @@ import pytest
 import trimesh
 
 from vesdyn.body import elastic_energy
-from vesdyn.case import Case, CaseError
+from vesdyn.case import Case
+from vesdyn.errors import CaseError
 from vesdyn.meridian import build_meridian
 from vesdyn.meshing import graded_meridian, graded_sphere
 from vesdyn.pictures import (

@@ -8,7 +8,8 @@ import pytest
 import yaml
 
 from vesdyn import storage
-from vesdyn.case import Case, load_case
+from vesdyn.case import Case
+from vesdyn.case_file import load_case
 from vesdyn.storage import RunDirectory, RunDirectoryError
 
 CASE = Case(name="a")

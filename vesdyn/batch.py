@@ -23,7 +23,8 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import vesdyn
-from vesdyn.case import CaseError, load_sweep
+from vesdyn.case_file import load_sweep
+from vesdyn.errors import CaseError
 from vesdyn.planning import needs_planning, plan
 from vesdyn.run import Outcome, interrupts, run_case
 from vesdyn.storage import DamagedRunError, RunDirectory, RunDirectoryError
@@ -40,7 +41,7 @@ class BatchError(ValueError):
 def read_cases(configs, overrides=()):
     """Read and validate the cases of the files ``configs``, their sweeps expanded.
 
-    ``overrides`` as for `vesdyn.case.load_case`. Raises vesdyn.case.CaseError with a sentence for each fault of any
+    ``overrides`` as for `vesdyn.case_file.load_case`. Raises vesdyn.errors.CaseError with a sentence for each fault of any
     file, and for each name that several cases have.
     """
     cases, faults, files = [], [], defaultdict(list)

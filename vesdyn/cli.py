@@ -17,7 +17,7 @@ from pathlib import Path
 def main(argv=None):
     """Carry out the command line ``argv`` (by default that of the process); return the exit status."""
     arguments = _parser().parse_args(argv)
-    from vesdyn.case import CaseError
+    from vesdyn.errors import CaseError
     from vesdyn.storage import RunDirectoryError
 
     try:
@@ -51,7 +51,7 @@ def _parser():
         return command
 
     quiet = {"action": "store_true", "help": "print nothing but errors"}
-    run = add("run", _run, "run a case, or go on with it if it was interrupted", "CASE", "the case file (YAML)")
+    run = add("run", _run, "run a case, or go on with it if it was interrupted", "CASE", "the case file (YAML), or the name of a shipped case")
     run.add_argument("--out", type=Path, metavar="DIR", help="where the run is stored (default: runs/<name>)")
     run.add_argument(
         "--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="replace a key of the case: --set time.end=0.5"
@@ -66,7 +66,7 @@ def _parser():
     batch.add_argument("--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="replace a key")
     batch.add_argument("--restart", action="store_true", help="compute finished runs anew, too")
     batch.add_argument("--quiet", **quiet)
-    explain = add("explain", _explain, "say what a case will compute and leave out", "CASE", "the case file (YAML)")
+    explain = add("explain", _explain, "say what a case will compute and leave out", "CASE", "the case file (YAML), or the name of a shipped case")
     explain.add_argument("--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="replace a key of the case")
     resume = add("resume", _resume, "go on with an interrupted run", "DIR", "the directory of the run")
     resume.add_argument("--quiet", **quiet)
@@ -93,17 +93,30 @@ class _Version(argparse.Action):
 
 
 def _run(arguments):
-    from vesdyn.case import load_case
-
+    from vesdyn.case_file import load_case
     from vesdyn.planning import needs_planning, plan
 
+    if arguments.quiet:
+        warnings.simplefilter("ignore")
     case, decisions = load_case(arguments.case, arguments.set), ()
+    directory = arguments.out or Path("runs", case.name)
+    _check_directory(directory)
     if needs_planning(case):
         case, decisions = plan(case)
         if not arguments.quiet:
             print(*decisions, sep="\n")
-    directory = arguments.out or Path("runs", case.name)
     return _compute(case, directory, arguments.quiet, arguments.restart, decisions)
+
+
+def _check_directory(directory):
+    """Raise CaseError where no directory can be made at this path, because a file is in its way."""
+    from vesdyn.errors import CaseError
+
+    for part in (directory, *directory.parents):
+        if part.exists():
+            if not part.is_dir():
+                raise CaseError(f"--out {directory}: {part} is a file; give a directory.")
+            return
 
 
 def _batch(arguments):
@@ -111,6 +124,7 @@ def _batch(arguments):
 
     if arguments.quiet:
         warnings.simplefilter("ignore")
+    _check_directory(arguments.out)
     cases = read_cases(arguments.configs, arguments.set)
     options = (arguments.jobs, arguments.scheduler, arguments.restart, not arguments.quiet)
     try:
@@ -129,18 +143,19 @@ def _batch(arguments):
 
 
 def _explain(arguments):
-    from vesdyn.case import load_case
+    from vesdyn.case_file import load_case
     from vesdyn.planning import plan
 
     case = load_case(arguments.case, arguments.set)
-    print(f"{case.name}: accuracy wish {case.accuracy:.2%} of the binding area", *plan(case).decisions, sep="\n  ")
-    for sentence in case.warnings():
+    planned, decisions = plan(case)
+    print(f"{case.name}: accuracy wish {case.accuracy:.2%} of the binding area", *decisions, sep="\n  ")
+    for sentence in planned.warnings():
         print(f"  warning: {sentence}")
     return 0
 
 
 def _resume(arguments):
-    from vesdyn.case import load_case
+    from vesdyn.case_file import load_case
 
     return _compute(load_case(arguments.dir / "case.yaml"), arguments.dir, arguments.quiet)
 
@@ -180,7 +195,7 @@ def _figures(outcome):
 
 
 def _info(arguments):
-    from vesdyn.case import load_case
+    from vesdyn.case_file import load_case
     from vesdyn.storage import RunDirectory
 
     directory = RunDirectory(arguments.dir)
@@ -209,7 +224,7 @@ def _info(arguments):
 
 
 def _template(arguments):
-    from vesdyn.case import template
+    from vesdyn.case_file import template
 
     print(template(), end="")
     return 0

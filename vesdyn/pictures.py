@@ -19,7 +19,7 @@ from matplotlib.ticker import FixedLocator, LogLocator, NullLocator
 from matplotlib.tri import Triangulation
 
 from vesdyn.body import set_shares_below
-from vesdyn.case import load_case
+from vesdyn.case_file import load_case
 from vesdyn.front import front_points
 from vesdyn.neo_hookean import strain_energy
 from vesdyn.diagnostics import BINDING_GAP

@@ -29,7 +29,8 @@ import numpy as np
 import yaml
 
 import vesdyn
-from vesdyn.case import CaseError, load_case
+from vesdyn.case_file import load_case
+from vesdyn.errors import CaseError
 
 
 _LONGEST_ROW = 4096  # bytes

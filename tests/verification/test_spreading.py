@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vesdyn.case import Case, load_case
+from vesdyn.case import Case
+from vesdyn.case_file import load_case
 from vesdyn.diagnostics import Moment
 from vesdyn.planning import plan
 from vesdyn.spreading import Spreading
