@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 from measure import fitted_order, forces, shaken, sphere, stiffness_ratio, straight_shares
+from numba.core.runtime import _nrt_python, rtsys
 
+from vesdyn._jit import njit
 from vesdyn.body import (
+    add_elastic_forces,
+    add_stiffness_bounds,
     area_below,
     edge_conductances,
     elastic_energy,
@@ -240,7 +244,7 @@ def clipped_area(corners, level):
 def test_triangle_area_below_a_level_against_clipped_polygons(layout, level):
     x, body = shape("surface", layout=layout)
     expected = sum(clipped_area(x[face], level) for face in body.elements)
-    assert area_below(body, x, level, straight_shares(x, body.edges, level)) == pytest.approx(expected, rel=1e-13)
+    assert area_below(body.topology, x, level, straight_shares(x, body.edges, level)) == pytest.approx(expected, rel=1e-13)
 
 
 @pytest.mark.parametrize("level", [0.003, 0.02, 0.3, 0.9])
@@ -253,18 +257,18 @@ def test_cone_area_below_a_level_against_fine_strips(level):
         r, z = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
         expected += np.sum(2.0 * np.pi * r * np.linalg.norm(b - a) / strips * (z < level))
     # at most one strip of each element that is cut is counted wrongly
-    assert area_below(body, x, level, straight_shares(x, body.edges, level)) == pytest.approx(expected, abs=3 * np.pi * 0.2 / strips)
+    assert area_below(body.topology, x, level, straight_shares(x, body.edges, level)) == pytest.approx(expected, abs=3 * np.pi * 0.2 / strips)
 
 
 def test_area_below_everything_and_below_nothing(kind):
     x, body = shape(*kind)
     share = np.full(len(body.edges), np.nan)
-    set_shares_below(body, x, 2.0, share)
+    set_shares_below(body.topology, x, 2.0, share)
     assert np.all(share == 1.0)
-    assert area_below(body, x, 2.0, share) == pytest.approx(element_areas(body, x).sum(), rel=1e-13)
+    assert area_below(body.topology, x, 2.0, share) == pytest.approx(element_areas(body, x).sum(), rel=1e-13)
     lowest = x[:, -1].min()
-    set_shares_below(body, x, lowest, share)
-    assert np.all(share == 0.0) and area_below(body, x, lowest, share) == 0.0
+    set_shares_below(body.topology, x, lowest, share)
+    assert np.all(share == 0.0) and area_below(body.topology, x, lowest, share) == 0.0
 
 
 @pytest.mark.parametrize("level", [1e-3, 0.02])
@@ -272,7 +276,7 @@ def test_shares_reach_at_least_as_far_as_straight_interpolation(kind, level):
     x, body = shape(*kind, size=0.005)
     x[:, -1] = np.maximum(x[:, -1] - 0.1, 0.0)
     share = np.full(len(body.edges), np.nan)
-    set_shares_below(body, x, level, share)
+    set_shares_below(body.topology, x, level, share)
     straight = straight_shares(x, body.edges, level)
     assert np.all((share >= straight - 1e-14) & (share <= 1.0))
     assert np.array_equal(share == 0.0, straight == 0.0)
@@ -287,7 +291,7 @@ def test_kink_of_a_meridian_is_found_inside_its_edge(position):
     near = slice(0, 9)  # the sphere beyond is out of the way
     x[near, 1] = slope * np.maximum(0.0, x[near, 0] - kink)
     share = np.zeros(len(body.edges))
-    set_shares_below(body, x, 1e-12, share)
+    set_shares_below(body.topology, x, 1e-12, share)
     (point,) = front_points(x, body.edges, share)
     assert point[0] == pytest.approx(kink, abs=0.05 * slope**2)
 
@@ -306,7 +310,7 @@ def test_triangle_conductances_against_the_angles_facing_each_edge():
             expected[min(j, k), max(j, k)] += 0.5 / np.tan(angle)
     expected = np.array([expected[tuple(edge)] for edge in body.edges])
     conductance = np.zeros(len(body.edges))
-    clipped = edge_conductances(body, x, conductance)
+    clipped = edge_conductances(body.topology, x, conductance)
     assert clipped == np.sum(expected < 0.0) > 0
     assert conductance == pytest.approx(np.maximum(expected, 0.0), abs=1e-12)
 
@@ -315,7 +319,7 @@ def test_cone_conductances_are_area_over_squared_length():
     x, body = shape("axisymmetric")
     x[:, 1] += 1.0  # off the plane
     conductance = np.zeros(len(body.edges))
-    assert edge_conductances(body, x, conductance) == 0
+    assert edge_conductances(body.topology, x, conductance) == 0
     length = np.linalg.norm(np.diff(x, axis=0), axis=1)
     assert conductance == pytest.approx(element_areas(body, x) / length**2, rel=1e-13)
 
@@ -325,7 +329,7 @@ def test_an_element_conducts_nothing_when_all_its_nodes_touch(kind):
     touching = x[:, -1] < 0.15
     x[touching, -1] = 0.0
     conductance, of_free_elements = np.zeros(len(body.edges)), np.zeros(len(body.edges))
-    edge_conductances(body, x, conductance)
+    edge_conductances(body.topology, x, conductance)
     held = touching[body.elements].all(axis=1)
     free_edges = {
         frozenset(pair) for element in body.elements[~held] for pair in zip(element, np.roll(element, 1))
@@ -333,10 +337,10 @@ def test_an_element_conducts_nothing_when_all_its_nodes_touch(kind):
     free = np.array([frozenset(edge) in free_edges for edge in body.edges])
     assert 0 < free.sum() < len(free)
     assert np.all(conductance[~free] == 0.0)
-    # the free elements alone: the held ones are taken out of a copy of the body
-    lifted = body._replace(elements=body.elements[~held])
+    # the free elements alone: the held ones are taken out of a copy of the topology
     if kind[0] == "surface":
-        lifted = lifted._replace(element_edges=body.element_edges[~held])
+        topology = body.topology
+        lifted = topology._replace(elements=topology.elements[~held], element_edges=topology.element_edges[~held])
         edge_conductances(lifted, x, of_free_elements)
         assert conductance == pytest.approx(of_free_elements, abs=1e-15)
     else:
@@ -381,3 +385,40 @@ def test_bound_of_bending_alone(model, layout, deformed, size):
     ratio = stiffness_ratio(bending, shaken(deformed(x), size, 1), 0.0)
     print(f"{model} {layout} shaken {size}: largest eigenvalue / bound of bending = {ratio:.3f}")
     assert 0.5 < ratio < 1.0
+
+
+# No allocation
+
+
+@njit
+def again_and_again(body, x, nodal, bound, times):
+    """Forces and bounds, ``times`` times."""
+    for _ in range(times):
+        add_elastic_forces(body, x, nodal)
+        add_stiffness_bounds(body, x, 1.0, bound)
+
+
+@njit
+def allocating(body, x, nodal, bound, times):
+    """The same with an array made each time, which the compiler cannot leave out."""
+    for _ in range(times):
+        nodal += np.full(nodal.shape, bound[0])
+
+
+def allocations(kernel, *arguments):
+    before = rtsys.get_allocation_stats().alloc
+    kernel(*arguments)
+    return rtsys.get_allocation_stats().alloc - before
+
+
+def test_forces_and_bounds_allocate_nothing(kind):
+    """A hundred rounds allocate as much as one: what the call itself needs."""
+    x, body = shape(*kind)
+    arguments = body, x, np.zeros((len(x), 2 * x.shape[1] + 1)), np.zeros(len(x))
+    _nrt_python.memsys_enable_stats()
+    try:
+        once, often = (allocations(again_and_again, *arguments, times) for times in (1, 100))
+        assert often == once
+        assert allocations(allocating, *arguments, 100) >= once + 99  # the counter counts
+    finally:
+        _nrt_python.memsys_disable_stats()

@@ -7,7 +7,7 @@ have to give up there is the moment at the rim.
 import numpy as np
 import pytest
 import trimesh
-from measure import fitted_order, shaken_sheet, shaken_sphere, sphere
+from measure import fitted_order, shaken, shaken_sheet, shaken_sphere, sphere
 
 from vesdyn import curvature
 from vesdyn.curvature import second_differences
@@ -135,3 +135,47 @@ def test_sphere_is_second_order_whatever_the_mesh():
     order = fitted_order(edges, errors)
     print(f"curvature of a sphere: errors {errors}, order {order:.2f}")
     assert order == pytest.approx(2.0, abs=0.2)
+
+
+# The kernels against their plain forms
+
+
+def plain_bounds(body, x):
+    """What `vesdyn.curvature.add_bending_bounds` adds, vertex by vertex in matrices."""
+    bound, B = np.zeros(len(x)), body.bending_stiffness
+    koiter = B * np.array([[1.0, 0.5, 0.0], [0.5, 1.0, 0.0], [0.0, 0.0, 1.0]])  # moments m_11, m_22, 2 m_12 of rho
+    for i in range(len(x)):
+        entries = slice(*body.stencils.start[i : i + 2].astype(int))
+        members = np.append(body.stencils.neighbour[entries], i)
+        weight = body.stencils.weight[entries]
+        weight = np.vstack([weight, -weight.sum(axis=0)])
+        g, h = (weight[:, columns].T @ (x[members] - x[i]) for columns in (slice(0, 2), slice(2, 5)))
+        n = np.cross(*g)
+        n /= np.linalg.norm(n)
+        along = h @ np.linalg.pinv(g)  # Gamma_ab^c
+        s = weight[:, 2:] - weight[:, :2] @ along.T
+        m = koiter @ (h @ n - body.rest_curvature[i])
+        c = np.linalg.norm(weight[:, :2] @ np.linalg.pinv(g).T, axis=1)
+        material = np.abs(s @ koiter @ s.T).sum(axis=1)
+        bent = np.abs(s @ m)
+        work = abs(m @ h @ n)
+        np.add.at(bound, members, body.reference_area[i] * (material + bent * c.sum() + c * bent.sum() + work * c * c.sum()))
+    return bound
+
+
+@pytest.mark.parametrize("layout", ["scalloped", "shaken"])
+def test_bounds_are_those_of_the_plain_form(layout):
+    x, body = sphere("surface", 0.15, None, 1.3, 1.05, layout, 0.1)
+    y = shaken(1.2 * x, 0.02, 3)
+    bound = np.zeros(len(x))
+    curvature.add_bending_bounds(body, y, bound)
+    assert bound == pytest.approx(plain_bounds(body, y), rel=1e-12)
+
+
+def test_scratch_holds_the_largest_stencil():
+    _, body = sphere("surface", 0.15, layout="shaken", thickness=0.1)
+    members = np.diff(body.stencils.start.astype(int))
+    assert members.max() > members.min() + 2
+    scratch = curvature.bending_scratch(body.stencils)
+    assert len(scratch.tangent) == len(scratch.second) == len(scratch.turn) == len(scratch.moment) == members.max() + 1
+    assert len(curvature.bending_scratch(curvature.NO_STENCILS).tangent) == 1

@@ -67,7 +67,7 @@ def test_an_annulus_is_counted_as_one(model):
     area, radius = {}, {}
     for name, x in (("disc", flat), ("annulus", lifted)):
         share = np.zeros(len(body.edges))
-        set_shares_below(body, x, 0.002, share)
-        area[name], radius[name] = area_below(body, x, 0.002, share), contact_radius(x, body.edges, share)
+        set_shares_below(body.topology, x, 0.002, share)
+        area[name], radius[name] = area_below(body.topology, x, 0.002, share), contact_radius(x, body.edges, share)
     assert area["disc"] - area["annulus"] == pytest.approx(np.pi * 0.1**2, rel=0.1)  # half an edge of the rim
     assert radius["annulus"] == pytest.approx(radius["disc"], rel=1e-3)

@@ -1,15 +1,13 @@
-"""Azimuthal modes: the sectored surface, the block-circulant stiffness against a full one, wrinkles of the right length."""
+"""Azimuthal modes: the block-circulant stiffness against a full one, wrinkles of the right length."""
 
 import numpy as np
 import pytest
 import scipy.linalg
-import trimesh
 
 from vesdyn.case import Case
 from vesdyn.diagnostics import Moment
 from vesdyn.koiter import bending_stiffness
-from vesdyn.meshing import check_mesh, graded_meridian
-from vesdyn.modes import Modes, sectored_surface
+from vesdyn.modes import Modes
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import march
 
@@ -23,15 +21,6 @@ def soft(thickness, edge, end):
     ))  # fmt: skip
     *_, state = march(sim)
     return sim, Moment(sim, state)
-
-
-def test_sectored_surface_is_closed_and_outward():
-    x = graded_meridian(0.1, 0.2)
-    vertices, faces = sectored_surface(x, 10)
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
-    check_mesh(mesh)
-    assert len(vertices) == 2 + 10 * (len(x) - 2)
-    assert mesh.volume == pytest.approx(np.pi / 6, rel=0.1)  # an inscribed decagon has 6.5 % less area than its circle
 
 
 @pytest.mark.parametrize("thickness", [0.0, 0.05])

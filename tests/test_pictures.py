@@ -17,7 +17,6 @@ from vesdyn.pictures import (
     _read_frames,
     _start_energy,
     project,
-    revolve,
     summary,
     vertex_normals,
     visible_faces,
@@ -64,32 +63,6 @@ def body(request):
     return SPHERE if request.param == "surface" else (MERIDIAN, SEGMENTS)
 
 
-# Revolving a meridian
-
-
-def test_revolved_meridian_is_a_closed_outward_sphere():
-    mesh = trimesh.Trimesh(*revolve(MERIDIAN, MERIDIAN[:, 1], 12)[:2], process=False)
-    assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
-    assert mesh.volume > 0.0
-    assert mesh.area_faces.min() > 0.0
-
-
-def test_revolved_values_stay_with_their_node():
-    nodal = np.stack([MERIDIAN[:, 1], np.arange(len(MERIDIAN))], axis=1)
-    vertices, _, values = revolve(MERIDIAN, nodal, 7)
-    assert np.array_equal(values[:, 0], vertices[:, 2])
-    assert np.bincount(values[:, 1].astype(int)).tolist() == [1, *[7] * (len(MERIDIAN) - 2), 1]
-
-
-def test_revolved_area_converges_to_that_of_the_cones_at_second_order():
-    slant = np.linalg.norm(np.diff(MERIDIAN, axis=0), axis=1)
-    cones = np.pi * np.sum((MERIDIAN[1:, 0] + MERIDIAN[:-1, 0]) * slant)
-    sectors = np.array([16, 32, 64, 128])
-    areas = [trimesh.Trimesh(*revolve(MERIDIAN, MERIDIAN, n)[:2], process=False).area for n in sectors]
-    order = -np.polyfit(np.log(sectors), np.log(cones - np.array(areas)), 1)[0]
-    assert order == pytest.approx(2.0, abs=0.02)
-
-
 # Projection
 
 
@@ -132,8 +105,8 @@ def test_start_energy_is_that_of_the_bodies(prestretch):
     case = Case(name="a", membrane={"prestretch": prestretch})
     surface = build_surface(*SPHERE, case.membrane.shear_modulus, prestretch)
     meridian = build_meridian(MERIDIAN, case.membrane.shear_modulus, prestretch)
-    for x, connectivity, made in ((*SPHERE, surface), (MERIDIAN, SEGMENTS, meridian)):
-        energy = _start_energy(case.membrane, x, connectivity)
+    for x, made in ((SPHERE[0], surface), (MERIDIAN, meridian)):
+        energy = _start_energy(case.membrane, x, made.topology)
         assert energy == pytest.approx(elastic_energy(made, x), rel=1e-12, abs=1e-14)
 
 

@@ -26,7 +26,7 @@ class FrozenMembrane:
         self.edges, self.ligand_ratio = body.edges, ligand_ratio
         self.area = forces(body, self.x)[2].copy()
         self.work = receptors.transport(len(self.x), len(body.edges))
-        edge_conductances(body, self.x, self.work.conductance)
+        edge_conductances(body.topology, self.x, self.work.conductance)
         self.ligands = np.ones(len(self.x))
         adhesion = TractionSeparation(Linear(CUTOFF), 1.0, ligand_ratio, False)
         set_boltzmann_exponents(2.0 * depth / CUTOFF, adhesion, self.ligands, self.x, self.work.exponent)

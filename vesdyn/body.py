@@ -1,16 +1,43 @@
 """What a discretised membrane must be able to do, whatever it is made of.
 
-A body is a named tuple of arrays: its reference state, its ``elements`` and the ``edges`` along which
-receptors travel. Node positions ``x`` have one row a node and the height z as their last coordinate;
-nothing outside a body's own module knows how many coordinates there are or what an element is. A new
-body registers one kernel for each function below.
+Node positions ``x`` have one row a node and the height z as their last coordinate; nothing outside a
+body's own module knows how many coordinates there are or what an element is.
 
-Every body has the fields ``shear_modulus`` K [kT/a0^2], ``reference_area`` (n_nodes,) [a0^2] and
-``edges`` (n_edges, 2).
+A topology says which nodes are joined, and no more: the named tuple of the ``elements`` (n_elements, corners) and of
+the ``edges`` (n_edges, 2) along which receptors travel. With positions it has areas, a contour and conductances, and
+can be drawn. A body is a topology with a rest state and a material: a named tuple with the fields ``topology``,
+``shear_modulus`` K [kT/a0^2], ``reference_area`` (n_nodes,) [a0^2] and what else its kernels need.
+
+A new kind of body registers one kernel for each function below, and `vesdyn.kinds` names it.
 """
+from typing import NamedTuple
+
 import numpy as np
 
 from vesdyn._jit import by_body, njit
+
+
+class MeshError(NamedTuple):
+    """Relative error of the binding area at t = 0.01: constant (front edge / front radius)^exponent."""
+
+    constant: float
+    exponent: float
+
+    def at(self, edge, radius):
+        """Error with this front ``edge`` [a0] and front ``radius`` [a0]."""
+        return self.constant * (edge / radius) ** self.exponent
+
+    def edge(self, error, radius):
+        """Front edge [a0] with which the relative ``error`` is made, where the front is at ``radius`` [a0]."""
+        return radius * (error / self.constant) ** (1.0 / self.exponent)
+
+
+class MeshSize(NamedTuple):
+    """What a mesh has and costs, estimated before it is made."""
+
+    nodes: float
+    memory: float  # [bytes] while it is made
+    step: float  # [s] of one core for one coupling step, within a factor of three
 
 
 @njit
@@ -28,6 +55,9 @@ def extended_share(low, high, length, slope, curvature, level):
         return straight
     distance = 2.0 * drop / (slope + np.sqrt(root)) if root > 0.0 else slope / curvature
     return min(1.0, max(straight, 1.0 - distance / length))
+
+
+# Bodies ------------------------------------------------------------------------------------------------------
 
 
 @by_body
@@ -60,7 +90,16 @@ def elastic_energy(body, x):
 
 
 @by_body
-def edge_conductances(body, x, conductance):
+def principal_tensions(body, x, tension):
+    """Overwrite ``tension`` (n_elements, 2) [kT/a0^2]: larger first, or meridional and hoop if axisymmetric."""
+    raise NotImplementedError
+
+
+# Topologies --------------------------------------------------------------------------------------------------
+
+
+@by_body
+def edge_conductances(topology, x, conductance):
     """Overwrite ``conductance`` (n_edges,): flux along an edge per unit difference of density (D = 1).
 
     An element whose nodes all lie on the plane conducts nothing (receptors in contact are immobile).
@@ -70,7 +109,7 @@ def edge_conductances(body, x, conductance):
 
 
 @by_body
-def set_shares_below(body, x, level, share):
+def set_shares_below(topology, x, level, share):
     """Overwrite ``share`` (n_edges,): the part of each edge that lies below height ``level`` [a0].
 
     The membrane leaves the plane at an angle, and the kink lies somewhere on the edge that crosses: it is
@@ -81,12 +120,15 @@ def set_shares_below(body, x, level, share):
 
 
 @by_body
-def area_below(body, x, level, share):
+def area_below(topology, x, level, share):
     """Current membrane area [a0^2] below ``level`` [a0], cut where ``share`` says (`set_shares_below`)."""
     raise NotImplementedError
 
 
 @by_body
-def principal_tensions(body, x, tension):
-    """Overwrite ``tension`` (n_elements, 2) [kT/a0^2]: larger first, or meridional and hoop if axisymmetric."""
+def as_triangles(topology, x):
+    """Triangles to draw the shape ``x`` with: vertices (n, 3) [a0], outward faces (n_faces, 3), nodes (n,).
+
+    Vertex i shows the values of the node ``nodes[i]``. Not for computing: what is curved is drawn flat.
+    """
     raise NotImplementedError

@@ -12,6 +12,7 @@ one wins, also where it contradicts another key of a less specific level. How fi
 import hashlib
 import json
 import math
+import os
 import re
 import warnings
 from typing import Annotated, Literal
@@ -31,7 +32,7 @@ from pydantic_core import PydanticCustomError
 
 from vesdyn import plain_yaml
 from vesdyn.errors import CaseError
-from vesdyn.refusals import joined, number, printable, refusals, suggestion
+from vesdyn.refusals import joined, number, printable, printable_path, refusals, suggestion
 
 Auto = Literal["auto"]
 TOLERANCE_PER_ACCURACY = 0.04  # a tolerance costs 2.5 times itself in binding area (README, "Accuracy")
@@ -210,6 +211,19 @@ class Mesh(_Section):
     layout: Literal["scalloped", "rings", "spiral"] = Field(
         "scalloped", description="how the vertices are laid out: scalloped, rings or spiral"
     )
+    axes: tuple[Annotated[float, Field(gt=0, le=1e6), _at_least(1e-6)], ...] = Field(
+        (1.0, 1.0),
+        strict=False,
+        min_length=2,
+        max_length=2,
+        description="equatorial and polar axis of the start shape; only their ratio counts, [1, 1]: a sphere",
+    )
+    file: Annotated[str, Field(min_length=1), AfterValidator(os.path.abspath)] | None = Field(
+        None, description="closed triangle mesh to start from (PLY, OBJ, STL or OFF), scaled to the volume pi/6 a0^3"
+    )
+    sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = Field(
+        None, description="SHA-256 of that file; follows from it, and is stored with the run"
+    )
 
 
 class Time(_Section):
@@ -347,7 +361,7 @@ class Case(_Section):
     @property
     def breaks_axis(self):
         """Whether the scene is not symmetric about z."""
-        return self.perturbation.breaks_axis or self.ligands.breaks_axis
+        return self.perturbation.breaks_axis or self.ligands.breaks_axis or self.mesh.file is not None
 
     @model_validator(mode="after")
     def _consistent(self):
@@ -355,6 +369,7 @@ class Case(_Section):
         problems = []
         values = {}
         values |= self._edges(problems)
+        values |= self._start_shape(problems)
         values |= self._times(problems)
         values |= self._drift(problems)
         values |= self._pattern(problems)
@@ -382,6 +397,27 @@ class Case(_Section):
                 " the mesh is finest at the front, so exchange or equal them."
             )
         return {"mesh.front_edge": front, "mesh.far_edge": far}
+
+    def _start_shape(self, problems):
+        mesh, digest = self.mesh, self.mesh.sha256
+        ratio = mesh.axes[0] / mesh.axes[1]
+        if not 0.1 <= ratio <= 10.0:
+            problems.append(f"mesh.axes: are as {number(ratio)} to 1, and must be as 0.1 to 10; take a rounder shape.")
+        if mesh.file is None:
+            if digest is not None:
+                problems.append("mesh.sha256: is that of a file, and mesh.file is not given; leave it out.")
+            return {}
+        if self.model == "axisymmetric":
+            problems.append("mesh.file: an axisymmetric body has no triangles; set model to surface or auto.")
+        if digest is None:
+            try:
+                with open(mesh.file, "rb") as file:
+                    digest = hashlib.file_digest(file, "sha256").hexdigest()
+            except (OSError, ValueError) as error:
+                why = getattr(error, "strerror", None) or "is not a path"
+                path = printable_path(mesh.file)
+                problems.append(f"mesh.file: {path}: {why}; give the path of a closed triangle mesh.")
+        return {"mesh.sha256": digest}
 
     def _times(self, problems):
         end, step, at = self.time.end, self.time.step, self.perturbation.at
@@ -476,7 +512,7 @@ class Case(_Section):
                     f"perturbation.{key}: an axisymmetric body cannot carry it; set model to surface or auto, or"
                     f" {key} to 0."
                 )
-        if perturbation.amplitude > 0 and edge != "auto":
+        if perturbation.amplitude > 0 and edge != "auto" and self.mesh.file is None:
             nodes = self._nodes_a_wave()
             if nodes < _NODES_A_WAVE[0]:
                 key = "mode" if self.given("perturbation.mode") else "amplitude"
@@ -524,6 +560,9 @@ class Case(_Section):
         idle = {}
         if self.model == "axisymmetric":
             idle["mesh.layout"] = "a meridian is laid out in one way only"
+        if mesh.file is not None:  # its content counts, not its path
+            keys = ("mesh.front_edge", "mesh.far_edge", "mesh.layout", "mesh.axes")
+            idle |= dict.fromkeys(keys, "the mesh is that of mesh.file")
         if perturbation.amplitude == 0:
             idle["perturbation.mode"] = "perturbation.amplitude is 0"
         if perturbation.front == 0:
@@ -557,7 +596,7 @@ class Case(_Section):
                 f"membrane.thickness: {membrane.thickness:g} is above 0.1, a fifth of the radius, where a thin shell is"
                 " a rough model."
             )
-        if mesh.front_edge != "auto" and adhesion.cutoff < 3 * mesh.front_edge:
+        if mesh.front_edge != "auto" and mesh.file is None and adhesion.cutoff < 3 * mesh.front_edge:
             doubts.append(
                 f"adhesion.cutoff: {adhesion.cutoff:g} is shorter than three front edges ({3 * mesh.front_edge:g}),"
                 " so the traction is poorly resolved; refine mesh.front_edge."
@@ -607,7 +646,7 @@ class Case(_Section):
         for key, error in (("mesh.front_edge", mesh_error), ("time.step", step_error)):
             section, inner = key.split(".")
             value = getattr(getattr(self, section), inner)
-            if self.given("accuracy") and self.given(key) and value != "auto" and error > wish:
+            if self.given("accuracy") and self.given(key) and key not in self.idle() and value != "auto" and error > wish:
                 sentences.append(
                     f"{key}: {value:g} is estimated to cost {error:.1%} of the binding area, and accuracy asks for"
                     f" {wish:.2g}; reduce it or write `{inner}: auto`."
@@ -627,10 +666,12 @@ class Case(_Section):
         to, which counts as not given.
         """
         given = self.given_keys()
+        if self.mesh.file is not None:  # so that the case can be read where the file is not
+            given["mesh"] = given["mesh"] | {"sha256": self.mesh.sha256}
         rest = {
             key: value
             for key, value in _flat(self.resolved()).items()
-            if not self.given(key) and key != "receptors.drift_number"
+            if not self.given(key) and key not in ("receptors.drift_number", "mesh.sha256")
         }
         if self.given("receptors.drift_number"):
             rest.pop("receptors.mobility", None)
@@ -654,7 +695,7 @@ class Case(_Section):
         return {key: value + 0.0 if isinstance(value, float) else value for key, value in flat.items()}
 
 
-_UNDECISIVE = ("name", "output.checkpoint_minutes", "solver.max_iterations", "receptors.mobility")
+_UNDECISIVE = ("name", "mesh.file", "output.checkpoint_minutes", "solver.max_iterations", "receptors.mobility")
 SECTIONS = {  # each top-level key, and the keys in it where it is a section
     key: list(type(field.default).model_fields) if isinstance(field.default, _Section) else []
     for key, field in Case.model_fields.items()
@@ -839,6 +880,9 @@ def merged(levels):
                 drop(min(mobility, drift_number, key=rank))
             elif rank("adhesion.ligand_ratio") > rank(mobility) and _agreed(levels[: rank(mobility) + 1], m, d):
                 drop(drift_number)
+
+    if -1 < rank("mesh.sha256") < rank("mesh.file"):
+        drop("mesh.sha256")
 
     end, step = _number_at(keys, "time.end"), _number_at(keys, "time.step")
     if end is not None and step is not None and step > end and rank("time.step") < rank("time.end"):

@@ -127,11 +127,11 @@ def _read(path, overrides, changes):
     sets = [_override(text) for text in overrides]
     defaults = files[0][1].pop("defaults", None)
     levels, sweep, sweep_where = [], None, ""
-    for file, keys in reversed(files):
+    for file, keys in reversed(files):  # the least specific first
         keys.pop("defaults", None)
         if "sweep" in keys:
             sweep, sweep_where = keys.pop("sweep"), f"{printable_path(file)}: sweep"
-        levels.append(_level(f"{printable_path(file)}: ", keys))
+        levels.append(_level(f"{printable_path(file)}: ", keys, file.parent))
     for one in sets:
         if "sweep" in one.keys:
             sweep, sweep_where = one.keys.pop("sweep"), "--set sweep"
@@ -143,12 +143,15 @@ def _read(path, overrides, changes):
     return _Scene(printable_path(path), levels, sweep, sweep_where, None if asked else defaults)
 
 
-def _level(where, keys):
-    """The keys of one level in full; raise CaseError that says where."""
+def _level(where, keys, folder=Path()):
+    """The keys of one level in full, paths taken from ``folder``; raise CaseError that says where."""
     try:
-        return _Level(where, in_full(keys, keep_null=True))
+        keys = in_full(keys, keep_null=True)
     except CaseError as error:
         raise CaseError(f"{where}{error}") from None
+    if isinstance(keys.get("mesh"), dict) and isinstance(keys["mesh"].get("file"), str):
+        keys["mesh"]["file"] = os.path.join(folder, keys["mesh"]["file"])
+    return _Level(where, keys)
 
 
 def _together(levels):

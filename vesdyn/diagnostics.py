@@ -57,10 +57,10 @@ class Moment:
 
     def front(self, level):
         """Membrane area below ``level`` [a0] and the mean radius of its rim: [a0^2], [a0]."""
-        body = self.sim.body
-        share = np.zeros(len(body.edges))
-        set_shares_below(body, self.x, level, share)
-        return area_below(body, self.x, level, share), contact_radius(self.x, body.edges, share)
+        topology = self.sim.body.topology
+        share = np.zeros(len(topology.edges))
+        set_shares_below(topology, self.x, level, share)
+        return area_below(topology, self.x, level, share), contact_radius(self.x, topology.edges, share)
 
     @cached_property
     def contact(self):

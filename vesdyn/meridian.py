@@ -20,6 +20,7 @@ import numpy as np
 from vesdyn import body as generic
 from vesdyn._jit import njit
 from vesdyn.koiter import bending_energy, bending_moments, bending_stiffness
+from vesdyn.meshing import check_memory, expected_nodes, graded_meridian, revolved
 from vesdyn.neo_hookean import (
     principal_tension,
     strain_energy,
@@ -29,18 +30,72 @@ from vesdyn.neo_hookean import (
 )
 
 
-class Meridian(NamedTuple):
-    """A meridian from pole to pole with its stress-free reference."""
+CORNERS, XDMF, KEEPS_AXIS = 2, ("Polyline", "XY"), True
+LONGEST_EDGE = 0.02  # [a0]; the errors below were measured on shorter ones
+MESH_ERROR = {  # by whether there is bending; the paper's cases (d_c 0.06 to 0.18) at front edges of 0.0012 to 0.02
+    False: generic.MeshError(1.1, 1.5),
+    True: generic.MeshError(15.0, 2.2),
+}
+BYTES = 4000.0  # a node, while the mesh is made
+STEP_TIME = 0.002, 100, 1.8  # [s] of a coupling step at so many nodes, over a whole run of the typical case; the exponent
+DRAWN_SECTORS = 120  # three degrees each: the eye sees a circle
 
-    shear_modulus: float  # K [kT/a0^2]
+
+class Cones(NamedTuple):
+    """Topology of a meridian: the chain of its conical segments from the contact to the top."""
+
     elements: np.ndarray  # (n_segments, 2) nodes of each segment, lower first
+    edges: np.ndarray  # (n_segments, 2) the elements once more: receptors travel along them
+
+
+class Meridian(NamedTuple):
+    """A meridian from pole to pole with its stress-free reference and its material."""
+
+    topology: Cones
+    shear_modulus: float  # K [kT/a0^2]
     length: np.ndarray  # (n_segments,) reference length L [a0]
     radius: np.ndarray  # (n_segments,) reference mean radius R [a0]
     reference_area: np.ndarray  # (n_nodes,) reference area of each ring [a0^2]
-    edges: np.ndarray  # (n_segments, 2) the elements once more: receptors travel along them
     bending_stiffness: float  # B [kT]
     ring_radius: np.ndarray  # (n_nodes,) reference radius of each node [a0]
     rest_curvature: np.ndarray  # (n_nodes, 2) b_0: meridional, hoop [1/a0]
+
+    elements = property(lambda self: self.topology.elements)
+    edges = property(lambda self: self.topology.edges)
+
+
+def start(mesh, membrane):
+    """Start positions (n_nodes, 2) [a0] and `Meridian` of the sections ``mesh`` and ``membrane`` of a case.
+
+    Raises CaseError where the mesh is larger than this machine holds.
+    """
+    size = mesh_size(mesh)
+    check_memory(size.nodes, BYTES)
+    x = graded_meridian(mesh.front_edge, mesh.far_edge, mesh.axes)
+    return x, build_meridian(x, membrane.shear_modulus, membrane.prestretch, membrane.thickness)
+
+
+def topology(elements):
+    """`Cones` of the chain ``elements`` (n_segments, 2), from the contact to the top."""
+    elements = np.ascontiguousarray(elements, dtype=np.uint32)
+    return Cones(elements, elements)
+
+
+def mesh_error(mesh, bending):
+    """`vesdyn.body.MeshError` of a meridian, with ``bending`` or without."""
+    return MESH_ERROR[bending]
+
+
+def far_edge(front_edge):
+    """Edge length [a0] far above the substrate that goes with ``front_edge``."""
+    return max(front_edge, min(0.05, 6.0 * front_edge))
+
+
+def mesh_size(mesh):
+    """`vesdyn.body.MeshSize` of the section ``mesh`` of a case."""
+    nodes = expected_nodes(mesh.front_edge, mesh.far_edge, mesh.axes)[0]
+    seconds, at, exponent = STEP_TIME
+    return generic.MeshSize(nodes, BYTES * nodes, seconds * (nodes / at) ** exponent)
 
 
 def build_meridian(x, shear_modulus, prestretch=1.0, thickness=0.0):
@@ -55,14 +110,12 @@ def build_meridian(x, shear_modulus, prestretch=1.0, thickness=0.0):
     if np.any(x[1:-1, 0] <= 0.0):
         raise ValueError("meridian: a node between the poles has r <= 0")
     n = len(x)
-    elements = np.stack([np.arange(n - 1), np.arange(1, n)], axis=1).astype(np.uint32)
     body = Meridian(
+        topology=topology(np.stack([np.arange(n - 1), np.arange(1, n)], axis=1)),
         shear_modulus=float(shear_modulus),
-        elements=elements,
         length=np.linalg.norm(np.diff(x, axis=0), axis=1) / prestretch,
         radius=0.5 * (x[1:, 0] + x[:-1, 0]) / prestretch,
         reference_area=np.zeros(n),
-        edges=elements,
         bending_stiffness=float(bending_stiffness(shear_modulus, thickness)),
         ring_radius=x[:, 0] / prestretch,
         rest_curvature=np.zeros((n, 2)),
@@ -79,7 +132,7 @@ def build_meridian(x, shear_modulus, prestretch=1.0, thickness=0.0):
 @njit
 def stretches(body, x, e):
     """Principal stretches of segment ``e``: meridional, hoop."""
-    a, b = body.elements[e, 0], body.elements[e, 1]
+    a, b = body.topology.elements[e, 0], body.topology.elements[e, 1]
     length = np.hypot(x[b, 0] - x[a, 0], x[b, 1] - x[a, 1])
     return length / body.length[e], 0.5 * (x[a, 0] + x[b, 0]) / body.radius[e]
 
@@ -98,8 +151,8 @@ def add_elastic_forces(body, x, nodal):
     K = body.shear_modulus
     volume = 0.0
     inverted = False  # W knows the squares of the stretches only and would take r < 0 for r > 0
-    for e in range(body.elements.shape[0]):
-        a, b = body.elements[e, 0], body.elements[e, 1]
+    for e in range(body.topology.elements.shape[0]):
+        a, b = body.topology.elements[e, 0], body.topology.elements[e, 1]
         ra, rb = x[a, 0], x[b, 0]
         inverted |= ra < 0.0
         dr, dz = rb - ra, x[b, 1] - x[a, 1]
@@ -197,7 +250,7 @@ def add_bending_forces(body, x, nodal):
 def add_bending_bounds(body, x, bound):
     """Add to ``bound`` (n_nodes,) [kT/a0^2] what bounds the stiffness of bending.
 
-    As on a surface (`vesdyn.surface.add_bending_bounds`), but each of the three nodes carries its own weight times
+    As on a surface (`vesdyn.curvature.add_bending_bounds`), but each of the three nodes carries its own weight times
     the sum also of the material part s: it hardly differs from that by pairs, b_1 outweighing b_2 (0.86 is needed).
     """
     B = body.bending_stiffness
@@ -229,7 +282,7 @@ def add_bending_bounds(body, x, bound):
 def elastic_energy(body, x):
     """See `vesdyn.body.elastic_energy`."""
     energy = 0.0
-    for e in range(body.elements.shape[0]):
+    for e in range(body.topology.elements.shape[0]):
         l1, l2 = stretches(body, x, e)
         A0 = 2.0 * np.pi * body.radius[e] * body.length[e]
         energy += A0 * strain_energy(body.shear_modulus, l1 * l1 + l2 * l2, 1.0 / (l1 * l2))
@@ -253,7 +306,7 @@ def bending_energy_total(body, x):
 @njit
 def principal_tensions(body, x, tension):
     """See `vesdyn.body.principal_tensions`: meridional, hoop."""
-    for e in range(body.elements.shape[0]):
+    for e in range(body.topology.elements.shape[0]):
         l1, l2 = stretches(body, x, e)
         tension[e, 0] = principal_tension(body.shear_modulus, l1, 1.0 / (l1 * l2))
         tension[e, 1] = principal_tension(body.shear_modulus, l2, 1.0 / (l1 * l2))
@@ -268,8 +321,8 @@ def add_stiffness_bounds(body, x, pressure, bound):
     |dl2/dx|^2 = 1/(2 R^2); W_ij the second derivatives with respect to the stretches, W_12^2 <= W_11 W_22.
     """
     K = body.shear_modulus
-    for e in range(body.elements.shape[0]):
-        a, b = body.elements[e, 0], body.elements[e, 1]
+    for e in range(body.topology.elements.shape[0]):
+        a, b = body.topology.elements[e, 0], body.topology.elements[e, 1]
         l1, l2 = stretches(body, x, e)
         L, R = body.length[e], body.radius[e]
         l3 = 1.0 / (l1 * l2)
@@ -286,12 +339,12 @@ def add_stiffness_bounds(body, x, pressure, bound):
         add_bending_bounds(body, x, bound)
 
 
-@generic.edge_conductances.register(Meridian)
+@generic.edge_conductances.register(Cones)
 @njit
-def edge_conductances(body, x, conductance):
+def edge_conductances(topology, x, conductance):
     """See `vesdyn.body.edge_conductances`: mean circumference over length; never negative."""
-    for e in range(body.elements.shape[0]):
-        a, b = body.elements[e, 0], body.elements[e, 1]
+    for e in range(topology.elements.shape[0]):
+        a, b = topology.elements[e, 0], topology.elements[e, 1]
         if x[a, 1] <= 0.0 and x[b, 1] <= 0.0:
             conductance[e] = 0.0
             continue
@@ -308,11 +361,11 @@ def ascent(x, e, step, level):
     return length, step * (x[e + 1, 1] - x[e, 1]) / length
 
 
-@generic.set_shares_below.register(Meridian)
+@generic.set_shares_below.register(Cones)
 @njit
-def set_shares_below(body, x, level, share):
+def set_shares_below(topology, x, level, share):
     """See `vesdyn.body.set_shares_below`: slope and curvature are those of the next two segments."""
-    for e in range(body.elements.shape[0]):
+    for e in range(topology.elements.shape[0]):
         i, j, step = e, e + 1, 1
         if x[i, 1] > x[j, 1]:
             i, j, step = j, i, -1
@@ -329,15 +382,21 @@ def set_shares_below(body, x, level, share):
         share[e] = generic.extended_share(x[i, 1], x[j, 1], length, slope, curvature, level)
 
 
-@generic.area_below.register(Meridian)
+@generic.area_below.register(Cones)
 @njit
-def area_below(body, x, level, share):
+def area_below(topology, x, level, share):
     """See `vesdyn.body.area_below`: a cone cut off at its lower end."""
     total = 0.0
-    for e in range(body.elements.shape[0]):
-        a, b = body.elements[e, 0], body.elements[e, 1]
+    for e in range(topology.elements.shape[0]):
+        a, b = topology.elements[e, 0], topology.elements[e, 1]
         if x[a, 1] > x[b, 1]:
             a, b = b, a
         length = share[e] * np.hypot(x[b, 0] - x[a, 0], x[b, 1] - x[a, 1])
         total += np.pi * length * (2.0 * x[a, 0] + share[e] * (x[b, 0] - x[a, 0]))
     return total
+
+
+@generic.as_triangles.register(Cones)
+def as_triangles(topology, x):
+    """See `vesdyn.body.as_triangles`: the meridian turned about the axis."""
+    return revolved(x, DRAWN_SECTORS)

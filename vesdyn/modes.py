@@ -1,6 +1,6 @@
 """Azimuthal modes of an axisymmetric state: which of them grow, and how fast.
 
-A meridian is turned into a triangulated surface of n equal sectors (`sectored_surface`). Its stiffness is then
+A meridian is turned into a triangulated surface of n equal sectors (`vesdyn.meshing.revolved`). Its stiffness is then
 block-circulant: the forces that answer the displacement of one node of each ring give, by a Fourier transform over
 the sectors, the stiffness K_m against all displacements u(s) exp(i m phi) at once. With numbers of receptors held
 on their nodes and drag alone to slow it down, mode m behaves as
@@ -15,35 +15,11 @@ import scipy.linalg
 
 from vesdyn.adhesion import ligand_density
 from vesdyn.balance import Balance, allocate, set_forces
+from vesdyn.meshing import revolved
 from vesdyn.substrate import is_held
 from vesdyn.surface import build_surface
 
 _NUDGE = 1e-6  # displacement [a0] of the central differences
-
-
-def sectored_surface(x, n_sectors):
-    """Vertices (n_vertices, 3) [a0] and outward faces of the meridian ``x`` (n_nodes, 2) in ``n_sectors``.
-
-    First the lower pole, then ring by ring, then the upper pole; every other ring is turned by half a sector.
-    """
-    rings = len(x) - 2
-    angle = 2.0 * np.pi / n_sectors * (np.arange(n_sectors) + 0.5 * (np.arange(rings) % 2)[:, None])
-    r, z = x[1:-1, 0, None], np.broadcast_to(x[1:-1, 1, None], angle.shape)
-    ring = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=-1).reshape(-1, 3)
-    vertices = np.concatenate([[[0.0, 0.0, x[0, 1]]], ring, [[0.0, 0.0, x[-1, 1]]]])
-    j = np.arange(n_sectors)
-    k = (j + 1) % n_sectors
-    first, last = 1, 1 + (rings - 1) * n_sectors
-    faces = [np.stack([np.zeros_like(j), first + k, first + j], axis=1)]
-    for i in range(rings - 1):
-        low, high = first + i * n_sectors, first + (i + 1) * n_sectors
-        if i % 2 == 0:  # the upper ring is ahead by half a sector
-            pairs = [(low + j, low + k, high + j), (low + k, high + k, high + j)]
-        else:
-            pairs = [(low + j, low + k, high + k), (low + j, high + k, high + j)]
-        faces += [np.stack(corners, axis=1) for corners in pairs]
-    faces.append(np.stack([np.full_like(j, len(vertices) - 1), last + j, last + k], axis=1))
-    return vertices, np.concatenate(faces)
 
 
 class Modes:
@@ -57,11 +33,10 @@ class Modes:
         rest = sim.x_start
         self.n_sectors, self.rings, self.drag = n_sectors, len(rest) - 2, sim.case.drag
         membrane = sim.case.membrane
-        vertices, faces = sectored_surface(rest, n_sectors)
+        vertices, faces, node = revolved(rest, n_sectors, staggered=True)
         body = build_surface(vertices, faces, membrane.shear_modulus, membrane.prestretch, membrane.thickness)
-        self._x, _ = sectored_surface(state.x, n_sectors)
-        number = np.repeat(state.number[1:-1] / n_sectors, n_sectors)
-        number = np.concatenate([state.number[:1], number, state.number[-1:]])
+        self._x = revolved(state.x, n_sectors, staggered=True)[0]
+        number = (state.number / np.bincount(node))[node]  # a ring shares its receptors out
         self._pressure = state.pressure
         ligands = ligand_density(sim.case.ligands, self._x)
         self._balance = Balance(body, sim.adhesion, 0.0, sim.volume_0, number, ligands, self._x)

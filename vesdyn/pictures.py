@@ -18,17 +18,16 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, LogLocator, NullLocator
 from matplotlib.tri import Triangulation
 
-from vesdyn.body import set_shares_below
+from vesdyn.body import area_below, as_triangles, set_shares_below
 from vesdyn.case_file import load_case
 from vesdyn.front import front_points
+from vesdyn.kinds import topology_of
 from vesdyn.neo_hookean import strain_energy
 from vesdyn.diagnostics import BINDING_GAP
 from vesdyn.storage import RunDirectory
-from vesdyn.surface import build_surface
 
 SNAPSHOTS = 4  # as many as in Fig. 2 of the paper
 ABOVE, BELOW = 13.0, -90.0  # elevations [degrees]; the first is low enough to see the contact under the overhang
-SECTORS = 120  # of a meridian that is revolved to be drawn
 ROUND_OFF = 1e-17  # a smaller error is drawn there: a logarithmic axis has no zero
 
 _COLOR_MAP = matplotlib.colormaps["viridis"]
@@ -103,57 +102,23 @@ def summary(directory):
 def _read_frames(directory, membrane):
     """Return the elastic energy [kT] at t = 0 and the shapes to draw: the first after t = 0, or that at t = 0."""
     with h5py.File(directory.frames_file, "r") as file:
-        connectivity = file["connectivity"][()]
+        topology = topology_of(file["connectivity"][()])
         frames = sorted((file[name] for name in file if name != "connectivity"), key=lambda f: f.attrs["time"])
 
         def shape(frame):
-            x, density = frame["position"][()], frame["density"][()]
-            surface = (x, connectivity, density) if connectivity.shape[1] == 3 else revolve(x, density, SECTORS)
-            return Shape(float(frame.attrs["time"]), *surface)
+            vertices, faces, node = as_triangles(topology, frame["position"][()])
+            return Shape(float(frame.attrs["time"]), vertices, faces, frame["density"][()][node])
 
         start, *later = frames
-        elastic_energy_0 = _start_energy(membrane, start["position"][()], connectivity)
+        elastic_energy_0 = _start_energy(membrane, start["position"][()], topology)
         return elastic_energy_0, [shape(frame) for frame in later[:SNAPSHOTS] or [start]]
 
 
-def _start_energy(membrane, x, connectivity):
-    """Elastic energy [kT] of the start shape: the prestretch, equal in all directions, of a stress-free sphere."""
-    corner = x[connectivity]
-    if connectivity.shape[1] == 3:
-        normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-        area = 0.5 * np.linalg.norm(normal, axis=1).sum()
-    else:  # cones
-        slant = np.linalg.norm(corner[:, 1] - corner[:, 0], axis=1)
-        area = np.pi * np.sum(slant * corner[:, :, 0].sum(axis=1))
+def _start_energy(membrane, x, topology):
+    """Elastic energy [kT] of the start shape: the prestretch, equal in all directions, of a stress-free shape."""
+    area = area_below(topology, x, np.inf, np.ones(len(topology.edges)))
     stretch = membrane.prestretch
     return area / stretch**2 * strain_energy(membrane.shear_modulus, 2.0 * stretch**2, stretch**-2)
-
-
-def revolve(x, nodal, n_sectors):
-    """Turn a meridian about the axis into a closed triangle surface of ``n_sectors`` equal sectors.
-
-    ``x`` (n_nodes, 2) are (r, z) [a0] from the lower to the upper pole, both on the axis; ``nodal``
-    (n_nodes, ...) are values at the nodes. Returns vertices (n_vertices, 3) [a0], outward faces (n_faces, 3)
-    and the values at the vertices (n_vertices, ...): the lower pole, each ring, the upper pole. Its area is
-    second order in 1/n_sectors.
-    """
-    n = len(x)
-    node = np.concatenate([[0], np.repeat(np.arange(1, n - 1), n_sectors), [n - 1]])
-    angle = np.concatenate([[0.0], np.tile(np.arange(n_sectors) * (2.0 * np.pi / n_sectors), n - 2), [0.0]])
-    r, z = x[node].T
-    vertices = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
-
-    ring = 1 + np.arange((n - 2) * n_sectors).reshape(n - 2, n_sectors)
-    ahead = np.roll(ring, -1, axis=1)
-    lower_pole, upper_pole = np.zeros(n_sectors, dtype=int), np.full(n_sectors, len(vertices) - 1)
-    triples = (
-        (lower_pole, ahead[0], ring[0]),
-        (ring[:-1], ahead[:-1], ahead[1:]),
-        (ring[:-1], ahead[1:], ring[1:]),
-        (ring[-1], ahead[-1], upper_pole),
-    )
-    faces = np.concatenate([np.stack(triple, axis=-1).reshape(-1, 3) for triple in triples])
-    return vertices, faces, nodal[node]
 
 
 # Projection ----------------------------------------------------------------------------------------------
@@ -263,10 +228,10 @@ def _draw_shapes(figure, shapes, bound_below):
 
 def _draw_front(axes, shape, level):
     """Outline the membrane with a gap under ``level`` [a0], as the binding area is measured, seen from below."""
-    body = build_surface(shape.vertices, shape.faces, shear_modulus=1.0)  # whose forces do not matter here
-    share = np.zeros(len(body.edges))
-    set_shares_below(body, shape.vertices, level, share)
-    points = front_points(shape.vertices, body.edges, share)
+    topology = topology_of(shape.faces)
+    share = np.zeros(len(topology.edges))
+    set_shares_below(topology, shape.vertices, level, share)
+    points = front_points(shape.vertices, topology.edges, share)
     if len(points):
         x, y = points.T
         around = np.argsort(np.arctan2(y - y.mean(), x - x.mean()))

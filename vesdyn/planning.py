@@ -7,7 +7,7 @@ it tells the radius the mesh has to resolve and whether the free membrane comes 
 without bending tells what bending does; `model: auto` leaves it out only where that is little and nothing wrinkles.
 
 Error models, measured on the paper's cases against finest solutions (README, "Accuracy"): the mesh costs
-MESH_ERROR, constant (edge / front radius at t = 0.01)^exponent, the tolerance TOLERANCE_ERROR times itself.
+what the kind of body says (`vesdyn.body.MeshError`), the tolerance TOLERANCE_ERROR times itself.
 """
 from typing import NamedTuple
 
@@ -15,22 +15,18 @@ import numpy as np
 
 from vesdyn.balance import NoBalanceError
 from vesdyn.diagnostics import Moment
+from vesdyn.kinds import KINDS
 from vesdyn.koiter import bending_stiffness
+from vesdyn.meshing import measured_edges, read_mesh, reduced_volume, spheroid_area, triangles_area
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import is_steady, march
 
 SHARES = {"mesh": 0.4, "step": 0.5}  # the rest is the tolerance's, `vesdyn.case.TOLERANCE_PER_ACCURACY`
-MESH_ERROR = {  # constant and exponent, without bending and with it
-    "axisymmetric": ((1.1, 1.5), (15.0, 2.2)),
-    "scalloped": ((0.4, 1.5), (1.0, 1.5)),
-    "rings": ((1.0, 1.5), (1.6, 1.5)),
-    "spiral": ((1.0, 1.5), (1.6, 1.5)),
-}
+SCOUT_ACCURACY = 0.02
 BENDING_SHARE = 0.5  # of the wish: an effect of bending above it is computed
 TOLERANCE_ERROR = 2.5
 FIXED_STEP_ERROR = {1: 25.0, 2: 9.0}  # of a fixed step, per step: relative error once t > 10 steps
 COMPRESSION = 0.01  # of K: free membrane below minus this tension would wrinkle
-_LONGEST_EDGE = {"axisymmetric": 0.02, "surface": 0.03}
 
 
 class Scout(NamedTuple):
@@ -55,16 +51,19 @@ class Plan(NamedTuple):
 
 def needs_planning(case):
     """True where the case leaves its body or mesh to be chosen."""
-    return "auto" in (case.model, case.mesh.front_edge, case.mesh.far_edge)
+    edges = (case.mesh.front_edge, case.mesh.far_edge) if case.mesh.file is None else ()
+    return "auto" in (case.model, *edges)
 
 
 def scout(case):
-    """Run ``case`` on a coarse meridian; None where that fails (the scene itself will say why)."""
+    """Run ``case`` on a coarse meridian; None where that fails (the scene itself will say why) or shows another shape."""
+    if case.mesh.file is not None:
+        return None
     coarse = case.model_copy(
         update={
             "model": "axisymmetric",
             "perturbation": case.perturbation.model_copy(update={"amplitude": 0.0, "front": 0.0}),
-            "accuracy": 0.02,
+            "accuracy": SCOUT_ACCURACY,
             "ligands": case.ligands.model_copy(update={"pattern": "even"}) if case.ligands.breaks_axis else case.ligands,
             "mesh": case.mesh.model_copy(update={"front_edge": 0.02, "far_edge": 0.05}),
             "time": case.time.model_copy(update={"step": "auto", "order": 2, "stop_when_steady": True}),
@@ -142,8 +141,9 @@ def _choose_body(case, decisions):
     broken = case.breaks_axis
     model = ("surface" if broken else "axisymmetric") if case.model == "auto" else case.model
     if broken:
-        why = f"the scene is not axisymmetric ({'perturbation' if case.perturbation.breaks_axis else 'ligands'})"
-    elif model == "axisymmetric":
+        which = "perturbation" if case.perturbation.breaks_axis else "mesh.file" if case.mesh.file else "ligands"
+        why = f"the scene is not axisymmetric ({which})"
+    elif KINDS[model].KEEPS_AXIS:
         why = "nothing in the scene breaks the symmetry about z"
     else:
         why = "asked for; the scene keeps its axis, `model: auto` would run a meridian"
@@ -152,23 +152,66 @@ def _choose_body(case, decisions):
 
 
 def _choose_mesh(case, model, seen, decisions):
-    front, far = case.mesh.front_edge, case.mesh.far_edge
-    layout = model if model == "axisymmetric" else case.mesh.layout
-    constant, exponent = MESH_ERROR[layout][case.membrane.thickness > 0.0]
+    kind, mesh = KINDS[model], case.mesh
+    error = kind.mesh_error(mesh, case.membrane.thickness > 0.0)
     radius = seen.early_radius if seen and seen.early_radius > 0.05 else 0.15
+    if mesh.file is not None:
+        return _tell_mesh_in_file(case, kind, error, radius, decisions)
+    front, far = mesh.front_edge, mesh.far_edge
     if front == "auto":
-        wanted = radius * (SHARES["mesh"] * case.accuracy / constant) ** (1.0 / exponent)
-        front = float(f"{min(wanted, _LONGEST_EDGE[model], case.adhesion.cutoff / 4.0):.2g}")
+        wanted = error.edge(SHARES["mesh"] * case.accuracy, radius)
+        front = float(f"{min(wanted, kind.LONGEST_EDGE, case.adhesion.cutoff / 4.0):.2g}")
         if far != "auto":
             front = min(front, far)
     if far == "auto":
-        far = max(front, min(0.05, 6.0 * front) if model == "axisymmetric" else max(0.05, 3.0 * front))
-    error = constant * (front / radius) ** exponent
+        far = kind.far_edge(front)
     decisions.append(
-        f"mesh: front_edge {front:g}, far_edge {far:g}; estimated error {error:.1%} of the binding area"
+        f"mesh: front_edge {front:g}, far_edge {far:g}; estimated error {error.at(front, radius):.1%} of the binding area"
         f" at t = 0.01, where the front is at r = {radius:.2f}, less later."
     )
-    return case.mesh.model_copy(update={"front_edge": front, "far_edge": far})
+    if mesh.axes[0] != mesh.axes[1]:
+        decisions.append(
+            "start: a spheroid of axes {:g} : {:g}, reduced volume {:.3f}; a0 is the diameter of the sphere of equal"
+            " volume.".format(*mesh.axes, reduced_volume(spheroid_area(mesh.axes)))
+        )
+    mesh = mesh.model_copy(update={"front_edge": front, "far_edge": far})
+    _tell_size(case, kind.mesh_size(mesh), seen, decisions)
+    return mesh
+
+
+def _tell_mesh_in_file(case, kind, error, radius, decisions):
+    """Tell what the mesh in a file comes to; return the section as it is."""
+    x, faces = read_mesh(case.mesh.file, case.mesh.sha256)
+    front, longest = measured_edges(x, faces)
+    decisions.append(
+        f"mesh: {case.mesh.file}, edges of {front:.2g} near the contact and of {longest:.2g} at most; estimated error"
+        f" {error.at(front, radius):.1%} of the binding area at t = 0.01, if the front is at r = {radius:.2f} then."
+    )
+    decisions.append(
+        f"start: that mesh, reduced volume {reduced_volume(triangles_area(x, faces)):.3f}; a0 is the diameter of the"
+        " sphere of equal volume."
+    )
+    _tell_size(case, kind.mesh_size(case.mesh), None, decisions)
+    return case.mesh
+
+
+def _tell_size(case, size, seen, decisions):
+    told = f"size: about {size.nodes:.2g} nodes, {size.memory / 1e6:.2g} MB while the mesh is made"
+    steps = 0
+    if case.time.step != "auto":
+        steps = case.time.end / case.time.step
+    elif seen:
+        steps = len(seen.curve) * (SCOUT_ACCURACY / case.accuracy) ** 0.5
+    told += f"; {steps:.2g} steps take very roughly {duration(steps * size.step)}." if steps else "."
+    decisions.append(told)
+
+
+def duration(seconds):
+    """Time in the unit that a person would use."""
+    for unit, length in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
+        if seconds >= 2.0 * length:
+            return f"{seconds / length:.2g} {unit}"
+    return f"{seconds:.2g} seconds"
 
 
 def _tell_tolerance(case, decisions):
@@ -196,15 +239,16 @@ def _tell_step(case, seen, decisions):
 
 
 def _tell_omissions(case, model, seen, decisions):
-    if model == "axisymmetric":
+    if KINDS[model].KEEPS_AXIS:
         decisions.append("left out: everything that depends on the azimuth; exact while the shape keeps its axis.")
     if seen is None:
-        decisions.append("the scout found no balance, so radius and compression are not known beforehand.")
+        why = "found no balance" if case.mesh.file is None else "does not know the shape in the file"
+        decisions.append(f"the scout {why}, so radius and compression are not known beforehand.")
         return
     where = f"{seen.tension / case.membrane.shear_modulus:.3f} K at t = {seen.tension_time:.3f}, z = {seen.tension_height:.2f}"
     if seen.tension < -COMPRESSION * case.membrane.shear_modulus:
         decisions.append(f"compression: the free membrane reaches {where}; {wrinkling(case, seen.tension)}.")
-        if model == "axisymmetric":
+        if KINDS[model].KEEPS_AXIS:
             decisions.append("left out: these wrinkles; compare with `model: surface` where the shape early on matters.")
     else:
         decisions.append(f"compression: none that matters (smallest tension {where}).")
@@ -224,7 +268,7 @@ def wrinkling(case, tension):
 
 def compression_note(case, history):
     """Sentence on the compression an axisymmetric run met, or None; ``history`` maps columns to arrays."""
-    if case.model != "axisymmetric" or not len(history.get("time", ())):
+    if not KINDS[case.model].KEEPS_AXIS or not len(history.get("time", ())):
         return None
     i = int(np.argmin(history["free_tension_min"]))
     tension = float(history["free_tension_min"][i])

@@ -23,10 +23,8 @@ from vesdyn.balance import CONVERGED, DIVERGED, Balance, Limits, NoBalanceError,
 from vesdyn.body import add_elastic_forces, edge_conductances, elastic_energy
 from vesdyn.errors import CaseError
 from vesdyn.front import displace_front
-from vesdyn.meridian import build_meridian
-from vesdyn.meshing import graded_meridian, graded_sphere
+from vesdyn.kinds import KINDS
 from vesdyn.substrate import gaps, kept_landed
-from vesdyn.surface import build_surface
 
 STARTING_STEPS = 4  # of order 1
 METHODS = {"viscous": relaxation.viscous, "kinetic": relaxation.kinetic}  # `solver.damping`: solves the balance
@@ -85,14 +83,9 @@ class State(NamedTuple):
 
 def build_body(case):
     """Start positions (n_nodes, d) [a0] and the body of ``case``; raise CaseError where these are not chosen yet."""
-    mesh, membrane = case.mesh, case.membrane
-    if "auto" in (case.model, mesh.front_edge, mesh.far_edge):
+    if "auto" in (case.model, case.mesh.front_edge, case.mesh.far_edge) and case.mesh.file is None:
         raise CaseError(f"{case.name}: model or mesh is still auto; let `vesdyn.plan(case)` choose it.")
-    if case.model == "axisymmetric":
-        x = graded_meridian(mesh.front_edge, mesh.far_edge)
-        return x, build_meridian(x, membrane.shear_modulus, membrane.prestretch, membrane.thickness)
-    x, faces = graded_sphere(mesh.front_edge, mesh.far_edge, mesh.layout)
-    return x, build_surface(x, faces, membrane.shear_modulus, membrane.prestretch, membrane.thickness)
+    return KINDS[case.model].start(case.mesh, case.membrane)
 
 
 class Spreading:
@@ -219,7 +212,7 @@ class Spreading:
             rate = euler(dt)
             number = state.number.copy()
         area, _ = self.measure(x)
-        clipped = edge_conductances(self.body, x, self.transport.conductance)
+        clipped = edge_conductances(self.body.topology, x, self.transport.conductance)
         adhesion.set_boltzmann_exponents(self.case.drift_number, self.adhesion, ligands, x, self.transport.exponent)
         found = receptors.step_receptors(
             self.body.edges, area, self.adhesion.ligand_ratio, ligands, rate.step, number, self.transport

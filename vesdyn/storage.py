@@ -283,6 +283,8 @@ class RunDirectory:
 
     def _write_xdmf(self):
         """Describe frames.h5 for ParaView: a series in time of triangles with node and cell values."""
+        from vesdyn.kinds import kind_of  # here: the kernels are slow to import, and only a run needs them
+
         root = ElementTree.Element("Xdmf", Version="3.0")
         series = ElementTree.SubElement(ElementTree.SubElement(root, "Domain"), "Grid")
         series.attrib.update(Name="vesicle", GridType="Collection", CollectionType="Temporal")
@@ -295,16 +297,15 @@ class RunDirectory:
 
         with h5py.File(self.frames_file, "r") as file:
             connectivity = file["connectivity"]
+            element, coordinates = kind_of(connectivity.shape[1]).XDMF
             for name in _frames(file):
                 grid = ElementTree.SubElement(series, "Grid", Name=name, GridType="Uniform")
                 ElementTree.SubElement(grid, "Time", Value=repr(float(file[name].attrs["time"])))
-                flat = file[name]["position"].shape[1] == 2  # a meridian: (r, z)
-                topology = ElementTree.SubElement(
-                    grid, "Topology", TopologyType="Polyline" if flat else "Triangle", NodesPerElement="2" if flat else "3"
-                )
+                corners = str(connectivity.shape[1])
+                topology = ElementTree.SubElement(grid, "Topology", TopologyType=element, NodesPerElement=corners)
                 topology.attrib["NumberOfElements"] = str(len(connectivity))
                 add_data(topology, connectivity)
-                add_data(ElementTree.SubElement(grid, "Geometry", GeometryType="XY" if flat else "XYZ"), file[name]["position"])
+                add_data(ElementTree.SubElement(grid, "Geometry", GeometryType=coordinates), file[name]["position"])
                 for dataset in file[name].values():
                     if dataset.ndim == 1:
                         attribute = ElementTree.SubElement(grid, "Attribute", AttributeType="Scalar")

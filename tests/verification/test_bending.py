@@ -43,10 +43,11 @@ def sheet(edge, size, seed):
     stencils = curvature.second_differences(X, faces, np.tile([0.0, 0.0, 1.0], (len(X), 1)), np.where(rim, 0.0, area))
     nothing = np.zeros((0, 3))
     body = surface.Surface(
-        shear_modulus=1.0, elements=nothing.astype(np.uint32), cotangents=nothing, spring_bound=nothing[:, 0],
+        topology=surface.Triangles(nothing.astype(np.uint32), np.zeros((0, 2), np.uint32), nothing.astype(np.uint32)),
+        shear_modulus=1.0, cotangents=nothing, spring_bound=nothing[:, 0],
         element_area=nothing[:, 0], reference_area=np.where(np.all(np.abs(X[:, :2] - 0.5) < 0.3, axis=1), area, 0.0),
-        edges=np.zeros((0, 2), np.uint32), element_edges=nothing.astype(np.uint32),
         bending_stiffness=bending_stiffness(1.0, 0.1), stencils=stencils, rest_curvature=np.zeros((len(X), 3)),
+        scratch=curvature.bending_scratch(stencils),
     )  # fmt: skip
     return X, body
 

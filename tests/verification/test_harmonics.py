@@ -25,7 +25,7 @@ def amplitudes(model, layout, axis, edge, degree, dt, steps):
     x[:, -1] += 1.0  # off the plane: no receptor is immobile
     area = forces(body, x)[2].copy()
     work = receptors.transport(len(x), len(body.edges))
-    edge_conductances(body, x, work.conductance)
+    edge_conductances(body.topology, x, work.conductance)
     normal = x.copy()
     normal[:, -1] -= np.sum(area * x[:, -1]) / area.sum()
     normal /= np.linalg.norm(normal, axis=1)[:, None]

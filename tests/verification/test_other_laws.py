@@ -145,7 +145,7 @@ def settled(model, edge, law, ligands, drift_number):
     area = forces(body, x)[2].copy()
     below = adhesion.ligand_density(ligands, x)
     transport = receptors.transport(len(x), len(body.edges))
-    edge_conductances(body, x, transport.conductance)
+    edge_conductances(body.topology, x, transport.conductance)
     pull = adhesion.TractionSeparation(adhesion.LAWS[law.law](law), 1.0, 1e9, False)
     adhesion.set_boltzmann_exponents(drift_number, pull, below, x, transport.exponent)
     number = area.copy()
