@@ -253,6 +253,9 @@ class Solver(_Section):
     tolerance: Annotated[float | Auto, _or_auto(1e-13, lt=1)] = Field(
         "auto", description="largest scaled out-of-balance force of a node; auto: 0.04 x accuracy"
     )
+    method: Literal["relaxation", "newton"] = Field(
+        "relaxation", description="how the balance is solved: relaxation, or newton (axisymmetric)"
+    )
     damping: Literal["viscous", "kinetic"] = Field("viscous", description="damping: viscous or kinetic")
     max_iterations: int = Field(
         20000, ge=1, le=10**9, description="iterations after which a step is given up"

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vesdyn import adhesion, receptors, relaxation
+from vesdyn import adhesion, newton, receptors, relaxation
 from vesdyn.balance import CONVERGED, DIVERGED, Balance, Limits, NoBalanceError, allocate
 from vesdyn.body import add_elastic_forces, edge_conductances, elastic_energy
 from vesdyn.errors import CaseError
@@ -27,7 +27,7 @@ from vesdyn.kinds import KINDS
 from vesdyn.substrate import gaps, kept_landed
 
 STARTING_STEPS = 4  # of order 1
-METHODS = {"viscous": relaxation.viscous, "kinetic": relaxation.kinetic}  # `solver.damping`: solves the balance
+METHODS = {"viscous": relaxation.viscous, "kinetic": relaxation.kinetic, "newton": newton.newton}  # solve the balance
 
 
 class BackwardDifference(NamedTuple):
@@ -105,7 +105,7 @@ class Spreading:
             case.receptors.frozen,
         )
         self.limits = Limits(case.tolerance, case.solver.max_iterations)
-        self.solve = METHODS[case.solver.damping]
+        self.solve = METHODS[case.solver.damping if case.solver.method == "relaxation" else case.solver.method]
         self.scratch = allocate(self.x_start)
         self.transport = receptors.transport(len(self.x_start), len(self.body.edges))
 
