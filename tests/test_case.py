@@ -216,7 +216,6 @@ def test_on_a_meridian_edges_and_step_not_given_are_auto():
          "perturbation.mode: the mesh has 7.9e-05 nodes a wave"),
         ({"perturbation.amplitude": 0.1, "mesh.front_edge": 0.5, "mesh.far_edge": 0.5},
          "perturbation.amplitude: the mesh has 3.1 nodes a wave of mode 2"),
-        ({"perturbation.front": 0.1, "adhesion.traction": 0}, "perturbation.front: without adhesion.traction no front"),
     ],
 )  # fmt: skip
 def test_written_contradictions_are_refused(keys, part):
@@ -270,6 +269,11 @@ def test_times_within_a_rounding_are_one():
 def test_doubtful_and_idle_keys_are_warned_of(keys, key):
     (doubt,) = case(**keys).warnings()
     assert doubt.startswith(f"{key}: ") and doubt.endswith(".")
+
+
+def test_a_front_without_traction_is_doubtful():
+    doubts = case(perturbation__front=0.1, adhesion__traction=0).warnings()
+    assert [doubt.split(":")[0] for doubt in doubts] == ["adhesion.traction", "perturbation.front"]
 
 
 def test_idle_defaults_are_not_warned_of():

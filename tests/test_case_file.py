@@ -292,3 +292,264 @@ def test_refused_sweeps(files, text, overrides, part):
     with pytest.raises(CaseError) as refused:
         load_sweep(files(a=f"name: a\n{text}"), overrides)
     assert part in str(refused.value) and "\n" not in str(refused.value)
+
+
+# Precedence: --set over file over base over default
+
+
+@pytest.fixture
+def told(files):
+    """Return a function that loads a file over a base, with overrides, and gives the case and what was warned of."""
+
+    def told(file, base="", *overrides):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            path = files(a=f"name: a\nbase: b.yaml\n{file}", b=f"name: b\n{base}")
+            return load_case(path, overrides), [str(warning.message) for warning in caught]
+
+    return told
+
+
+@pytest.mark.parametrize(
+    "file, base, overrides, drift_number",
+    [
+        ("receptors: {drift_number: 20}", "receptors: {mobility: 2}", (), 20),
+        ("receptors: {mobility: 2}", "receptors: {drift_number: 20}", (), 16),
+        ("receptors: {mobility: 2}", "", ("receptors.drift_number=20",), 20),
+        ("receptors: {drift_number: 20}", "", ("receptors.mobility=2",), 16),
+        ("receptors: {drift_number: 20}", "", ("receptors.drift_number=null",), 8 * 2.1875),
+        ("receptors: {mobility: 2}", "", ("adhesion.ligand_ratio=3",), 6),
+        ("receptors: {drift_number: 20}", "", ("adhesion.ligand_ratio=3",), 20),
+        ("receptors: {mobility: 2, drift_number: 16}", "", ("adhesion.ligand_ratio=3",), 6),  # as runs stored it once
+        ("receptors: {mobility: 2, drift_number: 16}\nadhesion: {ligand_ratio: 8}", "", ("receptors.mobility=3",), 24),
+        ("receptors: {mobility: 3}\nadhesion: {ligand_ratio: 2}", "receptors: {drift_number: 20}", (), 6),
+    ],
+)
+def test_of_mobility_and_drift_number_the_more_specific_wins(told, file, base, overrides, drift_number):
+    case, warned = told(file, base, *overrides)
+    assert case.drift_number == drift_number and warned == []
+    assert case.receptors.mobility == drift_number / case.adhesion.ligand_ratio
+
+
+@pytest.mark.parametrize(
+    "file, base, override, key, value, warned",
+    [
+        ("time: {end: 0.5}", "", None, "output.frames", (0.008, 0.044, 0.128), None),
+        ("", "", "time.end=0.5", "output.frames", (0.008, 0.044, 0.128), None),
+        ("time: {end: 0.5}", "output: {frames: [0.1, 0.8]}", None, "output.frames", (0.1,),
+         "b.yaml: output.frames: 0.8 is after the end of the run, 0.5, and left out."),
+        ("output: {frames: [0.1, 0.8, 0.9]}", "", "time.end=0.5", "output.frames", (0.1,),
+         "a.yaml: output.frames: 0.8 and 1 more are after the end of the run, 0.5, and left out."),
+        ("time: {step: 0.1}", "", "time.end=0.05", "time.step", 0.05,
+         "a.yaml: time.step: 0.1 is longer than the run, end = 0.05, and gives way to it."),
+        ("mesh: {far_edge: 0.05}", "", "mesh.front_edge=0.06", "mesh.far_edge", 0.06,
+         "a.yaml: mesh.far_edge: 0.05 is below front_edge = 0.06 and gives way to it."),
+        ("mesh: {far_edge: 0.01}", "mesh: {front_edge: 0.02}", None, "mesh.front_edge", 0.01,
+         "b.yaml: mesh.front_edge: 0.02 is above far_edge = 0.01 and gives way to it."),
+    ],
+)  # fmt: skip
+def test_less_specific_keys_give_way(told, tmp_path, file, base, override, key, value, warned):
+    case, sentences = told(file, base, *([override] if override else []))
+    section, inner = key.split(".")
+    assert getattr(getattr(case, section), inner) == value
+    assert sentences == ([f"{tmp_path}/{warned}"] if warned else [])
+
+
+@pytest.mark.parametrize(
+    "file, override, begins",
+    [
+        ("time: {end: 0.5}\noutput: {frames: [0.8]}", None, "a.yaml: output.frames: 0.8 is after the end"),
+        ("time: {end: 0.5}", "output.frames=[0.8]", "--set output.frames: 0.8 is after the end"),
+        ("time: {end: 0.5}", "time.step=2", "--set time.step: 2 is longer"),
+        ("perturbation: {front: 0.02, at: 0.2}", "time.end=0.1", "a.yaml: perturbation.at: 0.2 is not before"),
+        ("perturbation: {front: 0.02}", "model=axisymmetric", "a.yaml: perturbation.front: an axisymmetric body"),
+    ],
+)
+def test_contradictions_that_are_left_name_what_was_written(files, tmp_path, file, override, begins):
+    with pytest.raises(CaseError) as refused:
+        load_case(files(a=f"name: a\n{file}"), [override] if override else [])
+    assert str(refused.value).removeprefix(f"{tmp_path}/").startswith(begins)
+
+
+def test_overrides_contradict_each_other(files):
+    with pytest.raises(CaseError, match="^--set receptors.drift_number: 20 contradicts"):
+        load_case(files(a="name: a"), ["receptors.mobility=1", "receptors.drift_number=20"])
+
+
+def test_sections_are_merged_at_every_level(files):
+    path = files(a="name: a\nbase: b.yaml\nmembrane: {prestretch: 1.2}", b="membrane: {thickness: 0.02}")
+    case = load_case(path, ["membrane={shear_modulus: 1}"], membrane={"thickness": 0.03})
+    assert (case.membrane.shear_modulus, case.membrane.thickness, case.membrane.prestretch) == (1, 0.03, 1.2)
+
+
+def test_changes_in_python_are_dotted_or_nested(files):
+    case = load_case("typical", membrane={"thickness": 0}, **{"time.end": 1.3}, drag=0.1)
+    assert (case.name, case.membrane.thickness, case.membrane.shear_modulus) == ("typical", 0, 1.81)
+    assert (case.time.end, case.time.step, case.drag) == (1.3, 0.001, 0.1)
+    with pytest.raises(CaseError, match="^drga: unknown key, did you mean drag"):
+        load_case("typical", drga=1)
+    assert load_case("typical", "drag=0.2", drag=0.3).drag == 0.3
+
+
+@pytest.mark.parametrize("path", [None, 3, [], {}])
+def test_what_is_no_path(path):
+    with pytest.raises(CaseError, match="is not a path"):
+        load_case(path)
+
+
+# Shipped cases
+
+
+def test_shipped_cases_go_by_their_names(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert load_case("typical") == load_case(CONFIGS[0].parent / "typical.yaml") == load_case("typical.yaml")
+    assert shipped_case("typical").name == "typical.yaml"
+    assert shipped_case("none") is shipped_case("../typical") is shipped_case("base/paper") is None
+    (tmp_path / "typical.yaml").write_text("name: mine")
+    assert load_case("typical.yaml").name == "mine" and load_case("typical").name == "typical"
+    with pytest.raises(CaseError, match="^typicl: No such file or directory; did you mean the shipped case typical"):
+        load_case("typicl")
+
+
+# Stored cases
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "receptors: {drift_number: 17}\nadhesion: {ligand_ratio: 3}",
+        "receptors: {mobility: 2}",
+        "receptors: {mobility: 2, drift_number: 16}",
+        "time: {end: 0.0005}",
+        "model: axisymmetric",
+        "model: auto\nmesh: auto",
+        "output: {frames: [3.1]}",
+        "perturbation: {front: 0.02}\ntime: {end: 0.1}",
+        "ligands: {pattern: stripes, width: 2}",
+        "mesh: {front_edge: 0.06}",
+    ],
+)
+def test_a_stored_case_holds_what_was_given_and_reads_back(load, text):
+    case = load(f"name: a\n{text}")
+    again = load(case.to_yaml() + "provenance: {vesdyn: 0.1.0}\n")
+    assert again == case and again.given_keys() == case.given_keys() and again.hash == case.hash
+    assert again.to_yaml() == case.to_yaml()
+    assert pickle.loads(pickle.dumps(again)).given_keys() == case.given_keys()
+
+
+def test_a_stored_case_can_be_changed(load):
+    stored = load("name: a\nadhesion: {ligand_ratio: 4}").to_yaml()
+    assert load(stored, "adhesion.ligand_ratio=2").drift_number == 2 * 2.1875
+    assert load(stored, "receptors.mobility=1").drift_number == 4
+    assert load(stored, "receptors.drift_number=3").drift_number == 3
+    assert load(stored, "model=axisymmetric").mesh.front_edge == "auto"
+    assert load(stored, "time.end=0.5").output.frames == (0.008, 0.044, 0.128)
+    assert load(stored.replace("ligand_ratio: 4", "ligand_ratio: 2")).drift_number == 2 * 2.1875
+    short = load("name: a\ntime: {end: 0.5}").to_yaml()
+    assert load(short, "time.end=1.2") == Case(name="a")
+    assert load(short.replace("end: 0.5", "end: 0.1")).output.frames == (0.008, 0.044)
+
+
+def test_a_stored_case_keeps_the_defaults_it_was_stored_with(load):
+    stored = Case(name="a", drag=0.1).to_yaml().replace("cutoff: 0.1", "cutoff: 0.2")  # by an older version, say
+    case = load(stored)
+    assert case.adhesion.cutoff == 0.2 and not case.given("adhesion.cutoff")
+    assert load(case.to_yaml()) == case
+    assert load(stored, "drag=0.2").adhesion.cutoff == 0.1  # a new case
+
+
+def test_faults_in_stored_defaults_are_named(complaint, tmp_path):
+    for defaults, part in (("3", "not a mapping"), ("{drag: -1}", "drag: -1 is out of range"), ("{x: 1}", "x: unknown")):
+        assert complaint(f"name: a\ndefaults: {defaults}").startswith(f"{tmp_path}/case.yaml: defaults: {part}")
+
+
+def test_a_name_that_looks_like_a_number_is_stored_as_text(load):
+    for name in ("1e5", "010", "0x10", "1_0", "2024-01-01", "null", "true", "yes", "1.5"):
+        assert load(Case(name=name).to_yaml()).name == name
+
+
+# YAML
+
+
+@pytest.mark.parametrize("number", ["1:30", "010", "0x10", "9_6", "0o10", "0b1", "1,5", "1e", "١", "1 0"])
+@pytest.mark.parametrize("way", ["file", "--set", "sweep"])
+def test_numbers_are_those_of_yaml_1_2(files, tmp_path, number, way):
+    path = files(a="name: a" + {"file": f"\ndrag: {number}", "--set": "", "sweep": f"\nsweep: {{drag: ['1', {number}]}}"}[way])
+    with pytest.raises(CaseError) as refused:
+        load_sweep(path, [f"drag={number}"] if way == "--set" else [])
+    where = {"file": f"{path}: drag: ", "--set": "--set drag: ", "sweep": f"{path}: sweep: drag: "}[way]
+    assert str(refused.value).startswith(where) and "is not a number" in str(refused.value)
+
+
+@pytest.mark.parametrize("text, value", [("7", 7), ("+7", 7), ("7.", 7), (".5", 0.5), ("5e-1", 0.5), ("0.50", 0.5)])
+def test_numbers_of_yaml_1_2_are_read(load, text, value):
+    assert load(f"name: a\ndrag: {text}").drag == value
+
+
+def test_yes_and_dates_are_text(load, complaint):
+    assert "yes is neither true nor false" in complaint("name: a\nreceptors: {frozen: yes}")
+    assert load("name: 2001-13-45").name == "2001-13-45"
+
+
+def test_anchors_are_read_and_bombs_are_not(load, complaint):
+    assert load("name: a\ntime: {end: &t 0.5}\noutput: {frames: [*t]}").output.frames == (0.5,)
+    bomb = "a0: &a0 [x, x]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]\n" for i in range(1, 9))
+    assert "more than 20,000 values" in complaint(bomb)
+    assert "nested more than 50 deep" in complaint("name: &a [*a]")
+
+
+# Sources, and files that are none
+
+
+def test_override_and_sweep_into_a_value_name_their_source(files):
+    path = files(a="name: a\nsweep: {drag.x: [1]}", b="name: b")
+    with pytest.raises(CaseError, match=f"^{path}: sweep: drag.x: drag holds a value and has no keys in it; "):
+        load_sweep(path)
+    path = files(b="name: b")
+    with pytest.raises(CaseError, match="^--set drag.x: drag holds a value and has no keys in it; "):
+        load_case(path, ["drag.x=1"])
+    with pytest.raises(CaseError, match="^--set membrane.thickness.x: membrane.thickness holds a value"):
+        load_case(path, ["membrane.thickness.x=1"])
+
+
+def test_endless_and_huge_files_are_refused_at_once(tmp_path, files):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    for path in (pipe, Path("/dev/zero")):
+        with pytest.raises(CaseError, match="is not a regular file; give"):
+            load_case(path)
+        with pytest.raises(CaseError, match="a.yaml: base: .*is not a regular file"):
+            load_case(files(a=f"name: a\nbase: {path}"))
+    large = tmp_path / "large.yaml"
+    large.write_text("#" * 1_000_001)
+    with pytest.raises(CaseError, match="large.yaml: has 1,000,001 bytes, and a case at most 1,000,000; "):
+        load_case(large)
+
+
+def test_many_faults_bases_frames_and_cases_make_few_sentences(files, tmp_path, complaint):
+    many = complaint("name: a\n" + "".join(f"k{i}: 1\n" for i in range(5_000))).splitlines()
+    assert len(many) == 20 and many[-1] == f"{tmp_path}/case.yaml: and 4,981 more faults; correct these first."
+    assert "more than 20,000 values" in complaint("name: a\n" + "".join(f"k{i}: 1\n" for i in range(30_000)))
+    frames = ", ".join(map(str, range(1, 2000)))
+    assert "is too long; give at most 1000 values." in complaint(f"name: a\noutput: {{frames: [{frames}]}}")
+    for i in range(30):
+        (tmp_path / f"b{i}.yaml").write_text(f"base: b{i + 1}.yaml")
+    with pytest.raises(CaseError, match="b20.yaml: base: is more than 20 bases deep"):
+        load_case(tmp_path / "b0.yaml", ["name=a"])
+    grid = ", ".join(f"{key}: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10]" for key in ("drag", "x", "y", "z", "time.end"))
+    with pytest.raises(CaseError, match="sweep: makes 100,000 cases; make at most 10,000 at once"):
+        load_sweep(files(a=f"name: a\nsweep: {{{grid}}}"))
+
+
+def test_what_the_user_wrote_is_cut_and_its_control_characters_shown(complaint):
+    message = complaint('name: "a\\e[31m\\a"\n"\\e[2J": 1\ndrag: ' + "x" * 500)
+    assert "\x1b" not in message and "\x07" not in message
+    assert "\\x1b[31m" in message and "\\x1b[2J: unknown key" in message
+    assert all(len(line) < 300 for line in message.splitlines())
+
+
+def test_the_template_gives_way_to_what_is_set(load):
+    case = load(template(), "time.end=0.5")
+    assert case.output.frames == (0.008, 0.044, 0.128) and case.warnings() == []
+    assert case.given_keys() == {"name": "typical", "time": {"end": 0.5}}

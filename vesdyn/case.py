@@ -61,11 +61,10 @@ class _Section(BaseModel):
         """Return a copy with the keys of ``update``, validated. Raises CaseError."""
         return type(self)(**({key: getattr(self, key) for key in self.model_fields_set} | (update or {})))
 
-    def __setattr__(self, key, value):
-        raise CaseError(f"{printable(key)}: a case cannot be changed in place; case.changed(...) returns another one.")
+    def __setattr__(self, key, value=None):
+        raise CaseError(f"{printable(key)}: a case cannot be changed in place; case.changed(...) makes another.")
 
-    def __delattr__(self, key):
-        raise CaseError(f"{printable(key)}: a case cannot be changed in place; case.changed(...) returns another one.")
+    __delattr__ = __setattr__
 
 
 def _zero_or_at_least(least):
@@ -524,11 +523,6 @@ class Case(_Section):
                     f" and {_NODES_A_WAVE[0]} are the least; lower the mode to"
                     f" {math.floor(math.pi / (_NODES_A_WAVE[0] * edge))} or refine mesh.front_edge."
                 )
-        if perturbation.front > 0 and self.adhesion.traction == 0:
-            problems.append(
-                "perturbation.front: without adhesion.traction no front forms that could be displaced;"
-                " set it to 0 or give a traction."
-            )
 
     def _nodes_a_wave(self):
         """Edges in one wave of the perturbation's mode along the largest circle of the vesicle."""
@@ -634,6 +628,11 @@ class Case(_Section):
             doubts.append(
                 f"perturbation.mode: the mesh has {self._nodes_a_wave():.2g} nodes a wave of mode"
                 f" {self.perturbation.mode} at the most, so the wave is poorly resolved; refine mesh.front_edge."
+            )
+        if self.perturbation.front > 0 and adhesion.traction == 0:
+            doubts.append(
+                "perturbation.front: without adhesion.traction the membrane is not bound, so there may be no front to"
+                " displace; set it to 0 or give a traction."
             )
         for key, why in self.idle().items():
             if self.given(key) and not (key == "time.stop_when_steady" and not self.time.stop_when_steady):
@@ -862,7 +861,8 @@ def merged(levels):
     notes = []
 
     def rank(key):
-        return max((i for i, level in enumerate(levels) if _number_at(level, key, any_value=True) is not None), default=-1)
+        holding = (i for i, level in enumerate(levels) if _number_at(level, key, any_value=True) is not None)
+        return max(holding, default=-1)
 
     def drop(key):
         section, inner = key.split(".")
@@ -893,9 +893,11 @@ def merged(levels):
     front, far = _number_at(keys, "mesh.front_edge"), _number_at(keys, "mesh.far_edge")
     if front is not None and far is not None and front > far:
         if rank("mesh.far_edge") < rank("mesh.front_edge"):
-            replace("mesh.far_edge", front, f"{number(far)} is below front_edge = {number(front)} and gives way to it.")
+            shorter = f"{number(far)} is below front_edge = {number(front)}"
+            replace("mesh.far_edge", front, f"{shorter} and gives way to it.")
         elif rank("mesh.front_edge") < rank("mesh.far_edge"):
-            replace("mesh.front_edge", far, f"{number(front)} is above far_edge = {number(far)} and gives way to it.")
+            longer = f"{number(front)} is above far_edge = {number(far)}"
+            replace("mesh.front_edge", far, f"{longer} and gives way to it.")
     frames = keys["output"].get("frames") if isinstance(keys.get("output"), dict) else None
     if end is not None and isinstance(frames, list) and rank("output.frames") < rank("time.end"):
         late = [t for t in frames if _is_number(t) and t > end and not same_time(t, end)]

@@ -51,7 +51,8 @@ def _parser():
         return command
 
     quiet = {"action": "store_true", "help": "print nothing but errors"}
-    run = add("run", _run, "run a case, or go on with it if it was interrupted", "CASE", "the case file (YAML), or the name of a shipped case")
+    case_file = "the case file (YAML), or the name of a shipped case"
+    run = add("run", _run, "run a case, or go on with it if it was interrupted", "CASE", case_file)
     run.add_argument("--out", type=Path, metavar="DIR", help="where the run is stored (default: runs/<name>)")
     run.add_argument(
         "--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="replace a key of the case: --set time.end=0.5"
@@ -66,7 +67,7 @@ def _parser():
     batch.add_argument("--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="replace a key")
     batch.add_argument("--restart", action="store_true", help="compute finished runs anew, too")
     batch.add_argument("--quiet", **quiet)
-    explain = add("explain", _explain, "say what a case will compute and leave out", "CASE", "the case file (YAML), or the name of a shipped case")
+    explain = add("explain", _explain, "say what a case will compute and leave out", "CASE", case_file)
     explain.add_argument("--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="replace a key of the case")
     resume = add("resume", _resume, "go on with an interrupted run", "DIR", "the directory of the run")
     resume.add_argument("--quiet", **quiet)

@@ -66,12 +66,13 @@ def shown(value):
         if left[0] <= 0:
             return
         if isinstance(value, str):
-            odd = value[: left[0]] != value[: left[0]].strip() or any(c in "{}[],#&*!|>'\"%@`" for c in value[: left[0]])
-            add(f"'{value[: left[0]]}'" if odd or plain_yaml.value_of(value) is not value else value[: left[0]])
+            start = value[: left[0]]
+            odd = start != start.strip() or any(c in "{}[],#&*!|>'\"%@`" for c in start)
+            add(f"'{start}'" if odd or plain_yaml.value_of(value) is not value else start)
         elif isinstance(value, bool) or value is None:
             add({None: "null", True: "true", False: "false"}[value])
         elif isinstance(value, int):
-            add(str(value) if abs(value) < 10**LONGEST_VALUE else f"{'-' * (value < 0)}a whole number of too many digits")
+            add(str(value) if abs(value) < 10**LONGEST_VALUE else "a whole number of too many digits")
         elif isinstance(value, float):
             add({"nan": ".nan", "inf": ".inf", "-inf": "-.inf"}.get(repr(float(value)), repr(float(value))))
         elif isinstance(value, (list, tuple)):
