@@ -21,6 +21,7 @@ LADDER = [
     {"pictures"},
     {"run"},
     {"batch"},
+    {"study"},
     {"cli"},
     {"__main__"},
 ]
