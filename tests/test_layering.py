@@ -22,6 +22,7 @@ LADDER = [
     {"run"},
     {"batch"},
     {"study"},
+    {"calibration"},
     {"cli"},
     {"__main__"},
 ]

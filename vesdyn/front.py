@@ -14,9 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vesdyn.substrate import gaps, in_plane, touches
+
 ARC = 0.02, 0.2  # heights / d_c between which the membrane turns; at the first it counts as bound
 ANGLE_AT = 0.5  # height / d_c of the spreading angle
 ANGLES_AT = 0.25, 1.0  # heights / d_c at which it is compared
+_ROUND_OFF = 1e-12  # of heights [a0]
 
 
 def front_points(x, edges, share):
@@ -26,9 +29,9 @@ def front_points(x, edges, share):
     """
     cut = (share > 0.0) & (share < 1.0)
     a, b = x[edges[cut, 0]], x[edges[cut, 1]]
-    rising = (a[:, -1] <= b[:, -1])[:, None]
+    rising = (gaps(a) <= gaps(b))[:, None]
     low, high = np.where(rising, a, b), np.where(rising, b, a)
-    return (low + share[cut, None] * (high - low))[:, :-1]
+    return in_plane(low + share[cut, None] * (high - low))
 
 
 def front_radius(x, edges, share, n_angles=360):
@@ -66,17 +69,17 @@ def displace_front(x, edges, largest, rng):
     triangle turns over.
     """
     a, b = edges.T
-    landed = x[:, -1] <= 0.0
+    landed = touches(gaps(x))
     rim = np.zeros(len(x), dtype=bool)
     rim[a[landed[a] & ~landed[b]]] = rim[b[landed[b] & ~landed[a]]] = True
     shortest, length = np.full(len(x), np.inf), np.linalg.norm(x[a] - x[b], axis=1)
     np.minimum.at(shortest, a, length)
     np.minimum.at(shortest, b, length)
-    radius = np.hypot(x[rim, 0], x[rim, 1])
+    radius = np.hypot(*in_plane(x)[rim].T)
     share = rng.uniform(-largest, largest, len(radius))
     most = np.divide(shortest[rim] / 3.0, radius, out=np.zeros_like(radius), where=radius > 0.0)
     displaced = x.copy()
-    displaced[rim, :-1] *= 1.0 + np.clip(share, -most, most)[:, None]
+    in_plane(displaced)[rim] *= 1.0 + np.clip(share, -most, most)[:, None]
     return displaced
 
 
@@ -102,8 +105,8 @@ def front_shape(x, cutoff):
 
 def _lower_side(x):
     """Height, tangent angle and arc length, rising from the plane to the widest place, of a meridian ``x``."""
-    r, z = x.T
-    last_down = np.flatnonzero(z <= z.min() + 1e-12)[-1]
+    r, z = in_plane(x)[:, 0], gaps(x)
+    last_down = np.flatnonzero(z <= z.min() + _ROUND_OFF)[-1]
     widest = np.argmax(r)
     r, z = r[last_down : widest + 1], z[last_down : widest + 1]
     arc = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(r), np.diff(z)))])
@@ -116,7 +119,7 @@ def _lower_side(x):
 
 def faces_on_plane(faces, gap):
     """Those of ``faces`` (n_faces, 3) whose nodes all touch the plane; ``gap`` (n_nodes,) [a0]."""
-    return faces[(gap[faces] <= 0.0).all(axis=1)]
+    return faces[touches(gap)[faces].all(axis=1)]
 
 
 def rim_radius(x, faces, n_angles=360):
@@ -126,7 +129,7 @@ def rim_radius(x, faces, n_angles=360):
     """
     edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     once, count = np.unique(edges, axis=0, return_counts=True)
-    points = x[np.unique(once[count == 1]), :2]
+    points = in_plane(x)[np.unique(once[count == 1])]
     points = points - points.mean(axis=0)
     angle = np.arctan2(points[:, 1], points[:, 0])
     order = np.argsort(angle)

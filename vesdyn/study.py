@@ -14,6 +14,7 @@ import warnings
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 import h5py
@@ -23,25 +24,24 @@ from scipy.interpolate import CubicSpline
 from vesdyn.batch import run_batch
 from vesdyn.body import set_shares_below
 from vesdyn.case import Case, load_case
+from vesdyn.diagnostics import BINDING_GAP
+from vesdyn.errors import RunError
 from vesdyn.front import faces_on_plane, front_radius, front_shape, modulation, rim_radius
 from vesdyn.planning import needs_planning, plan
 from vesdyn.run import run_case
-from vesdyn.spreading import BINDING_GAP, Spreading
-from vesdyn.stepping import is_steady, step
+from vesdyn.spreading import Spreading
+from vesdyn.stepping import march
 from vesdyn.storage import RunDirectory
 from vesdyn.surface import build_surface
 
 FINER = 0.25  # accuracy wish of the second run of a curve / wish of the first
 START = 0.01  # errors are those after this time [a0^2/D]
 ON_MERIDIAN = {"model": "axisymmetric", "mesh.front_edge": "auto", "mesh.far_edge": "auto", "time.step": "auto"}
+UNCHANGED = MappingProxyType({})
 _LONGEST_NAME = 90
 _WARM_UP = {
     "mesh.front_edge": 0.05, "mesh.far_edge": 0.1, "time.end": 0.008, "time.step": 0.001, "output.frames": (),
 }  # fmt: skip
-
-
-class StudyError(RuntimeError):
-    """A run that a study needs and that did not come to its end; one sentence a run."""
 
 
 # Runs ----------------------------------------------------------------------------------------------------
@@ -55,18 +55,19 @@ class Study:
     in ``directory`` under a name that tells both and ends with a hash of the whole case, so that a case that was
     edited is another run. A stored run is used again whatever the version that computed it: remove the directory
     to measure anew. ``jobs`` runs are computed side by side (by default one a core), ``every`` holds changes made
-    to each run.
+    to each run. ``show`` keeps a table of the runs on stderr while they are computed.
     """
 
     directory: Path
     configs: Path
     jobs: int | None = None
     every: dict = field(default_factory=dict)
+    show: bool = False
 
-    def case(self, name, changes={}):
+    def case(self, name, changes=UNCHANGED):
         """The case ``name`` with ``changes`` as asked for, before anything that is `auto` is chosen.
 
-        A run made shorter keeps the frames that it reaches. Raises vesdyn.case.CaseError.
+        A run made shorter keeps the frames that it reaches. Raises vesdyn.errors.CaseError.
         """
         file = self.configs / f"{name}.yaml"
         every = {**changes, **self.every}
@@ -75,12 +76,12 @@ class Study:
         case = load_case(file, [f"{key}={_as_yaml(value)}" for key, value in every.items()])
         return case.model_copy(update={"name": _run_name(name, changes, case)})
 
-    def planned(self, name, changes={}):
+    def planned(self, name, changes=UNCHANGED):
         """The case as it is run, what it leaves open chosen, and the decisions (`vesdyn.planning.plan`)."""
         case = self.case(name, changes)
         return plan(case)[:2] if needs_planning(case) else (case, ())
 
-    def path(self, name, changes={}):
+    def path(self, name, changes=UNCHANGED):
         """Directory of a run, whether it is there or not."""
         return self.directory / self.case(name, changes).name
 
@@ -92,33 +93,35 @@ class Study:
     def prepare(self, runs):
         """Compute those of ``runs``, pairs of a case's name and changes, that are not finished, side by side.
 
-        Raises StudyError with a sentence for each that does not come to its end.
+        Raises RunError with a sentence for each that does not come to its end.
         """
         cases = {self.path(*run): self.case(*run) for run in runs}
         missing = [case for path, case in cases.items() if not _is_finished(path)]
         if len(missing) > 1 and self.jobs != 1:
             with _without_doubts():
-                outcomes = run_batch(missing, self.directory, jobs=self.jobs and min(self.jobs, len(missing)), show=False)
+                outcomes = run_batch(
+                    missing, self.directory, jobs=self.jobs and min(self.jobs, len(missing)), show=self.show
+                )
             _check(outcomes)
 
-    def run(self, name, changes={}):
+    def run(self, name, changes=UNCHANGED):
         """The finished run, a `vesdyn.storage.RunDirectory`; computed here and now if need be.
 
-        Raises StudyError.
+        Raises RunError.
         """
         path = self.path(name, changes)
         if not _is_finished(path):
             case, decisions = self.planned(name, changes)
             with _without_doubts():
-                outcome = run_case(case, path, progress=False, decisions=decisions)
+                outcome = run_case(case, path, progress=self.show, decisions=decisions)
             _check([(case, outcome)])
         return RunDirectory(path)
 
-    def history(self, name, changes={}):
+    def history(self, name, changes=UNCHANGED):
         """Columns of the history of a run, name to array (n_steps,); computed if need be."""
         return self.run(name, changes).history()
 
-    def frames(self, name, changes={}):
+    def frames(self, name, changes=UNCHANGED):
         """Stored shapes of a run in order of time; computed if need be.
 
         Dicts of ``time``, ``elements`` (n_elements, k) and the stored arrays by name.
@@ -127,15 +130,16 @@ class Study:
             groups = sorted((file[key] for key in file if key != "connectivity"), key=lambda g: g.attrs["time"])
             elements = file["connectivity"][()]
             return [
-                {"time": float(g.attrs["time"]), "elements": elements, **{key: g[key][()] for key in g}} for g in groups
+                {"time": float(g.attrs["time"]), "elements": elements, **{key: g[key][()] for key in g}}
+                for g in groups
             ]
 
-    def resolution(self, name, changes={}):
+    def resolution(self, name, changes=UNCHANGED):
         """Front edge [a0] and number of nodes of a run."""
         case = load_case(self.run(name, changes).case_file)
         return case.mesh.front_edge, len(self.frames(name, changes)[0]["position"])
 
-    def cpu_time(self, name, changes={}):
+    def cpu_time(self, name, changes=UNCHANGED):
         """CPU time [s] of the coupling steps of a run, kernels compiled; measured once, then kept beside it."""
         note = self.run(name, changes).path / "cpu_time.txt"
         if not note.exists():
@@ -152,7 +156,7 @@ class Study:
 
     def curves(self, names, changes=None):
         """A `Curve` of each case of ``names``, with the same ``changes`` or a list of its own for each."""
-        changes = changes if isinstance(changes, (list, tuple)) else [changes or {}] * len(names)
+        changes = changes if isinstance(changes, (list, tuple)) else [changes or UNCHANGED] * len(names)
         pairs = [self._both_runs(name, change) for name, change in zip(names, changes)]
         self.prepare([run for pair in pairs for run in pair])
         return [
@@ -180,10 +184,14 @@ def _as_yaml(value):
 
 def _run_name(name, changes, case):
     """Name of a run: the case's, what is changed in it, and a hash of all that it computes."""
-    words = [f"{key.split('.')[-1]}={value}" for key, value in changes.items()]
+    words = [f"{key.split('.')[-1]}={_in_short(value)}" for key, value in changes.items()]
     words = re.sub(r"[^A-Za-z0-9.=_-]+", "", "_".join([name, *words]))
     whole = f"{name} {sorted(changes.items())}" if case is None else case.model_copy(update={"name": name}).to_yaml()
     return f"{words[:_LONGEST_NAME]}-{hashlib.sha256(whole.encode()).hexdigest()[:8]}"
+
+
+def _in_short(value):
+    return f"{value[0]}..{value[-1]}" if isinstance(value, (list, tuple)) and len(value) > 2 else value
 
 
 def _is_finished(path):
@@ -191,10 +199,12 @@ def _is_finished(path):
 
 
 def _check(outcomes):
-    """Raise StudyError unless all ``outcomes``, pairs of a case and its outcome, are finished."""
-    faults = [f"{case.name}: {outcome.state}, {outcome.reason}" for case, outcome in outcomes if outcome.state != "finished"]
+    """Raise RunError unless all ``outcomes``, pairs of a case and its outcome, are finished."""
+    faults = [
+        f"{case.name}: {outcome.state}, {outcome.reason}" for case, outcome in outcomes if outcome.state != "finished"
+    ]
     if faults:
-        raise StudyError("\n".join(faults))
+        raise RunError("\n".join(faults))
 
 
 @contextmanager
@@ -206,10 +216,11 @@ def _without_doubts():
 
 
 def _time_steps(case):
+    """CPU time [s] of the coupling steps of ``case``."""
     sim = Spreading(case)
     began = time.process_time()
-    while sim.time < case.time.end and not (case.time.step == "auto" and is_steady(sim)):
-        step(sim, next(t for t in case.stops if t > sim.time))
+    for _ in march(sim):
+        pass
     return time.process_time() - began
 
 
@@ -409,18 +420,19 @@ class FrontShapes(NamedTuple):
     shapes: np.ndarray  # (n, 4) as `vesdyn.front.FrontShape`
     errors: np.ndarray  # (n, 4) difference from a run at a quarter of the accuracy wish
     meridians: list  # n of (n_nodes, 2) [a0]
+    case: Case
 
 
-def front_shapes(study, name, times, accuracy=0.01, changes={}):
+def front_shapes(study, name, times, accuracy=0.01, changes=UNCHANGED):
     """`FrontShapes` of a case, run as a meridian, at those of ``times`` that it reaches."""
     wish = {"model": "axisymmetric", "output.frames": list(times), **changes}
     runs = [(name, {**wish, "accuracy": accuracy * part}) for part in (1.0, FINER)]
     study.prepare(runs)
-    cutoff = study.case(*runs[0]).adhesion.cutoff
+    case = study.case(*runs[0])
     coarse, fine = ({frame["time"]: frame["position"] for frame in study.frames(*run)[1:]} for run in runs)
     t = [time for time in coarse if time in fine]  # the ends of runs that came to rest may differ
-    shapes, finer = (np.array([front_shape(x[time], cutoff) for time in t]) for x in (coarse, fine))
-    return FrontShapes(np.array(t), shapes, abs(finer - shapes), [coarse[time] for time in t])
+    shapes, finer = (np.array([front_shape(x[time], case.adhesion.cutoff) for time in t]) for x in (coarse, fine))
+    return FrontShapes(np.array(t), shapes, abs(finer - shapes), [coarse[time] for time in t], case)
 
 
 LEVELS = {"contact": BINDING_GAP, "above": 0.3}  # gap / d_c at which a front is read
@@ -436,7 +448,7 @@ def contour_radius(frame, level, n_angles=360):
     return front_radius(x, body.edges, share, n_angles)
 
 
-def displaced_fronts(study, name, times, changes={}):
+def displaced_fronts(study, name, times, changes=UNCHANGED):
     """Fronts of the run ``name`` and of its control, ``name``-control, in which nothing is displaced.
 
     By way of reading (LEVELS, NODES) and time: a pair of radii (360,) [a0]. Second value: the control's shapes.
@@ -444,7 +456,8 @@ def displaced_fronts(study, name, times, changes={}):
     runs = [(name, changes), (f"{name}-control", changes)]
     study.prepare(runs)
     cutoff = study.case(*runs[0]).adhesion.cutoff
-    near = [[min(frames, key=lambda f: abs(f["time"] - t)) for t in times] for frames in (study.frames(*r) for r in runs)]
+    frames = [study.frames(*run) for run in runs]
+    near = [[min(some, key=lambda f: abs(f["time"] - t)) for t in times] for some in frames]
     ways = {way: lambda frame, level=part * cutoff: contour_radius(frame, level) for way, part in LEVELS.items()}
     ways[NODES] = lambda frame: rim_radius(frame["position"], faces_on_plane(frame["elements"], frame["gap"]))
     fronts = {way: {t: tuple(map(read, pair)) for t, *pair in zip(times, *near)} for way, read in ways.items()}
