@@ -64,7 +64,7 @@ def touching_area(frame):
 def on_coarse_meshes(study, body, edges, coarse):
     """Final areas (n_edges, n_ranges, 2) [a0^2] of Fig. 6's cases, bound at the kink and of touching nodes."""
     changes = [
-        {"model": body, "mesh": f"{{front_edge: {e}, far_edge: {e}, layout: spiral}}", **coarse} for e in edges
+        {"model": body, "mesh": {"front_edge": e, "far_edge": e, "layout": "spiral"}, **coarse} for e in edges
     ]
     runs = [[(name, change) for name in FAMILIES["figure6"].cases] for change in changes]
     study.prepare([run for row in runs for run in row])

@@ -12,7 +12,8 @@ from matplotlib.collections import TriMesh
 from matplotlib.colors import LogNorm
 from matplotlib.tri import Triangulation
 
-from vesdyn.pictures import project, revolve, vertex_normals, visible_faces
+from vesdyn.meshing import revolved
+from vesdyn.pictures import project, vertex_normals, visible_faces
 from vesdyn.study import FAMILIES, SNAPSHOTS, density_range
 
 PRINTED = 0.4, 4.0  # smallest and largest density of the paper's figure [c_r0]
@@ -56,7 +57,8 @@ def draw_substrate(ax, elevation):
 
 def draw_vesicle(ax, frame, elevation, norm):
     """Density in colour, dimmed where light falls from the side, and lines of equal density on the faces seen."""
-    x, faces, density = revolve(frame["position"], frame["density"], SECTORS)
+    x, faces, nodes = revolved(frame["position"], SECTORS)
+    density = frame["density"][nodes]
     right, up, _ = project(x, elevation)
     seen = Triangulation(right, up, visible_faces(x, faces, elevation))
     light = np.clip(vertex_normals(x, faces) @ (LIGHT_FROM * (1.0, 1.0, np.sign(elevation))), 0.0, 1.0)

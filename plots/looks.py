@@ -77,7 +77,7 @@ def command_line(measure, draw, out=OUT):
     parser.add_argument("--jobs", type=int, metavar="N", help="runs side by side (default: one a core)")
     arguments = parser.parse_args()
     try:
-        draw(measure(Study(arguments.runs, ROOT / "configs", arguments.jobs, show=True)), arguments.out)
+        draw(measure(Study(arguments.runs, jobs=arguments.jobs, show=True)), arguments.out)
     except (CaseError, RunError) as error:
         raise SystemExit(str(error)) from None
 

@@ -8,8 +8,8 @@ alone is seen. Edges: the same small adaptive steps, against a fine meridian.
 import looks
 import numpy as np
 from looks import DARK, GREEN, LIGHT, RED
-from vesdyn.diagnostics import Moment
 
+from vesdyn.diagnostics import Moment
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import march
 from vesdyn.study import area_at, area_error, fitted_order

@@ -10,9 +10,9 @@ import time
 import looks
 import numpy as np
 from looks import DARK, GREEN, LIGHT, RED
-from vesdyn.balance import Balance, Limits
 
 from vesdyn.adhesion import ligand_density
+from vesdyn.balance import Balance, Limits
 from vesdyn.relaxation import begin, relax, set_fictitious_mass
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import march

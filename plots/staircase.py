@@ -10,9 +10,9 @@ import looks
 import numpy as np
 from looks import DARK, GREEN, LIGHT, RED
 from matplotlib.ticker import MultipleLocator
-from vesdyn.diagnostics import BINDING_GAP
 
 from vesdyn.body import set_shares_below
+from vesdyn.diagnostics import BINDING_GAP
 from vesdyn.front import contact_radius
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import march
@@ -58,7 +58,7 @@ def radii(study, model, layout, edge, end):
         edges, rows = sim.body.edges, []
         for state in march(sim):
             kink = np.zeros(len(edges))
-            set_shares_below(sim.body, state.x, low, kink)
+            set_shares_below(sim.body.topology, state.x, low, kink)
             shares = (straight_shares(state.x, edges, low), kink, straight_shares(state.x, edges, high))
             rows.append([state.time, *(contact_radius(state.x, edges, share) for share in shares)])
         np.savez(store, **dict(zip(("time", "straight", "kink", "high"), np.array(rows).T)))

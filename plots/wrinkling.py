@@ -10,8 +10,8 @@ import numpy as np
 from looks import DARK, GREEN, RED
 from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicSpline
-from vesdyn.diagnostics import Moment
 
+from vesdyn.diagnostics import Moment
 from vesdyn.koiter import bending_stiffness
 from vesdyn.modes import Modes
 from vesdyn.spreading import Spreading

@@ -55,7 +55,8 @@ def test_source_archive_holds_what_is_needed_to_build_test_and_draw(archives):
         names = {name.partition("/")[2] for name in sources.getnames()}
     wanted = {"LICENSE", "CITATION.cff", "README.md", "CHANGELOG.md", "Makefile", "setup.cfg", "pyproject.toml"}
     wanted |= {f"configs/{case}" for case in CASES}
-    wanted |= {file.relative_to(ROOT).as_posix() for folder in ("plots", "tests") for file in (ROOT / folder).rglob("*.py")}
+    scripts = [*(ROOT / "plots").rglob("*.py"), *(ROOT / "tests").rglob("*.py")]
+    wanted |= {file.relative_to(ROOT).as_posix() for file in scripts}
     wanted |= {f"tests/data/{file.name}" for file in (ROOT / "tests" / "data").iterdir()}
     assert wanted <= names
 

@@ -23,16 +23,17 @@ from scipy.interpolate import CubicSpline
 
 from vesdyn.batch import run_batch
 from vesdyn.body import set_shares_below
-from vesdyn.case import Case, load_case
+from vesdyn.case import Case
+from vesdyn.case_file import load_case, shipped_case
 from vesdyn.diagnostics import BINDING_GAP
-from vesdyn.errors import RunError
+from vesdyn.errors import CaseError, RunError
 from vesdyn.front import faces_on_plane, front_radius, front_shape, modulation, rim_radius
+from vesdyn.kinds import topology_of
 from vesdyn.planning import needs_planning, plan
 from vesdyn.run import run_case
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import march
 from vesdyn.storage import RunDirectory
-from vesdyn.surface import build_surface
 
 FINER = 0.25  # accuracy wish of the second run of a curve / wish of the first
 START = 0.01  # errors are those after this time [a0^2/D]
@@ -51,15 +52,16 @@ _WARM_UP = {
 class Study:
     """Where the runs of a study are kept, and how they are made.
 
-    A run is named by a case, ``configs``/<name>.yaml, and ``changes``, a dict of dotted keys and values. It is kept
-    in ``directory`` under a name that tells both and ends with a hash of the whole case, so that a case that was
-    edited is another run. A stored run is used again whatever the version that computed it: remove the directory
-    to measure anew. ``jobs`` runs are computed side by side (by default one a core), ``every`` holds changes made
-    to each run. ``show`` keeps a table of the runs on stderr while they are computed.
+    A run is named by a case and ``changes``, a dict of dotted keys and values. The case is ``configs``/<name>.yaml,
+    or the shipped one of that name where no ``configs`` are given. A run is kept in ``directory`` under a name that
+    tells both and ends with the hash of the case, so that a case that was edited is another run. A stored run is used
+    again whatever the version that computed it: remove the directory to measure anew. ``jobs`` runs are computed side
+    by side (by default one a core), ``every`` holds changes made to each run. ``show`` keeps a table of the runs on
+    stderr while they are computed.
     """
 
     directory: Path
-    configs: Path
+    configs: Path | None = None
     jobs: int | None = None
     every: dict = field(default_factory=dict)
     show: bool = False
@@ -69,12 +71,12 @@ class Study:
 
         A run made shorter keeps the frames that it reaches. Raises vesdyn.errors.CaseError.
         """
-        file = self.configs / f"{name}.yaml"
-        every = {**changes, **self.every}
-        if "time.end" in every and "output.frames" not in every:
-            every["output.frames"] = [t for t in load_case(file).output.frames if t <= every["time.end"]]
-        case = load_case(file, [f"{key}={_as_yaml(value)}" for key, value in every.items()])
-        return case.model_copy(update={"name": _run_name(name, changes, case)})
+        file = shipped_case(name) if self.configs is None else self.configs / f"{name}.yaml"
+        if file is None:
+            raise CaseError(f"{name}: is not a shipped case; give the folder of its file as configs.")
+        with _without_doubts():
+            case = load_case(file, **{**changes, **self.every})
+            return case.changed(name=_run_name(name, changes, case.hash))
 
     def planned(self, name, changes=UNCHANGED):
         """The case as it is run, what it leaves open chosen, and the decisions (`vesdyn.planning.plan`)."""
@@ -88,7 +90,8 @@ class Study:
     def file(self, what, changes, suffix):
         """File for numbers that are not the history of a run: named by ``what`` and ``changes``."""
         self.directory.mkdir(parents=True, exist_ok=True)
-        return self.directory / f"{_run_name(what, {**changes, **self.every}, None)}.{suffix}"
+        digest = hashlib.sha256(repr(sorted({**changes, **self.every}.items())).encode()).hexdigest()
+        return self.directory / f"{_run_name(what, changes, digest)}.{suffix}"
 
     def prepare(self, runs):
         """Compute those of ``runs``, pairs of a case's name and changes, that are not finished, side by side.
@@ -178,16 +181,11 @@ class Study:
         return (name, changes), (name, {**changes, "accuracy": self.case(name, changes).accuracy * FINER})
 
 
-def _as_yaml(value):
-    return list(value) if isinstance(value, tuple) else value
-
-
-def _run_name(name, changes, case):
+def _run_name(name, changes, digest):
     """Name of a run: the case's, what is changed in it, and a hash of all that it computes."""
     words = [f"{key.split('.')[-1]}={_in_short(value)}" for key, value in changes.items()]
     words = re.sub(r"[^A-Za-z0-9.=_-]+", "", "_".join([name, *words]))
-    whole = f"{name} {sorted(changes.items())}" if case is None else case.model_copy(update={"name": name}).to_yaml()
-    return f"{words[:_LONGEST_NAME]}-{hashlib.sha256(whole.encode()).hexdigest()[:8]}"
+    return f"{words[:_LONGEST_NAME]}-{digest[:8]}"
 
 
 def _in_short(value):
@@ -400,7 +398,7 @@ def at_one_product(study):
 def with_drift_number_held(study):
     """Curves of Fig. 7 with the drift number of the largest ratio, in the place of its mobility."""
     names = FAMILIES["figure7"].cases
-    change = {"receptors": f"{{drift_number: {study.case(names[-1]).drift_number:g}}}"}
+    change = {"receptors.drift_number": study.case(names[-1]).drift_number}
     return study.curves(names, [change] * (len(names) - 1) + [{}])
 
 
@@ -442,10 +440,10 @@ NODES = "touching nodes"  # the other way to read one
 def contour_radius(frame, level, n_angles=360):
     """Radius (n_angles,) [a0] of the contour of a stored surface at height ``level`` [a0], about its own centre."""
     x = frame["position"]
-    body = build_surface(x, frame["elements"], shear_modulus=1.0)  # forces do not matter here
-    share = np.zeros(len(body.edges))
-    set_shares_below(body, x, level, share)
-    return front_radius(x, body.edges, share, n_angles)
+    topology = topology_of(frame["elements"])
+    share = np.zeros(len(topology.edges))
+    set_shares_below(topology, x, level, share)
+    return front_radius(x, topology.edges, share, n_angles)
 
 
 def displaced_fronts(study, name, times, changes=UNCHANGED):

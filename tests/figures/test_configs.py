@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vesdyn.case import load_case
+from vesdyn.case_file import load_case
 from vesdyn.study import Study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
