@@ -2,7 +2,11 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV := .venv
 READY := $(VENV)/ready
 
-.PHONY: run test verify clean
+SCRIPTS := $(filter-out looks,$(sort $(patsubst plots/%.py,%,$(wildcard plots/*.py))))
+FIGURES := $(filter figure%,$(SCRIPTS))
+
+.PHONY: run test verify figures $(SCRIPTS) clean
+.NOTPARALLEL:
 
 run: $(READY)
 	$(VENV)/bin/python -m vesdyn run configs/typical.yaml
@@ -13,6 +17,12 @@ test: $(READY)
 
 verify: $(READY)
 	$(VENV)/bin/python -m pytest -m verify -n 2
+
+# All figures of the paper, or one script of plots/: make figure3, make accuracy. JOBS=N limits the runs side by side.
+figures: $(FIGURES)
+
+$(SCRIPTS): $(READY)
+	$(VENV)/bin/python plots/$@.py $(if $(JOBS),--jobs $(JOBS))
 
 # Built afresh whenever the requirements change, so that a forgotten requirement is noticed.
 $(READY): setup.cfg pyproject.toml

@@ -4,9 +4,14 @@ The error is the largest relative one over all coupling steps after t = 0.01, ag
 finely; the cost is the CPU time of the coupling steps, without planning, start-up and storage. Thanks to bending,
 surfaces converge to the meridian although the free membrane is in hoop compression early on.
 """
-import study
-from study import DARK, LIGHT, RED
 
+import looks
+import numpy as np
+from looks import DARK, LIGHT, RED
+
+from vesdyn.study import START, area_at, area_error
+
+SCENES = ("typical", "fig9-base")
 FINEST = {
     "model": "axisymmetric", "mesh.front_edge": 0.0012, "mesh.far_edge": 0.0072, "time.step": "auto",
     "accuracy": 0.0005, "solver.tolerance": 2e-5,
@@ -27,67 +32,98 @@ FAMILIES = {
 CHECK = {**FINEST, "mesh.front_edge": 0.0025, "mesh.far_edge": 0.015, "accuracy": 0.001, "solver.tolerance": 1e-4}
 
 
-def measure(scene, changes, finest):
-    """Errors over all steps and at the listed times; what the run took."""
+def measure(study, scenes=SCENES, families=FAMILIES, finest=FINEST, check=CHECK):
+    """By scene: areas beside the independent ones, the error of the check, and by family what each run comes to."""
+    measured = {}
+    for scene in scenes:
+        stops = stops_of(study, scene)
+        exact = study.history(scene, stops | finest)
+        times, areas = (
+            values[looks.independent_areas(scene)[0] <= exact["time"][-1]]
+            for values in looks.independent_areas(scene)
+        )
+        study.prepare([(scene, stops | changes) for runs, *_ in families.values() for changes in runs])
+        measured[scene] = {
+            "independent": [
+                (float(t), float(a), float(b), float(b / a - 1.0))
+                for t, a, b in zip(times, area_at(exact, times), areas)
+            ],
+            "check": float(area_error(study.history(scene, stops | check), exact)) if check else np.nan,
+            "families": {
+                family: [measure_run(study, scene, stops | changes, exact) for changes in runs]
+                for family, (runs, *_) in families.items()
+            },
+        }
+    return measured
+
+
+def stops_of(study, scene):
+    """The change by which a run of ``scene`` stops at the times of the independent computation."""
+    end = study.case(scene).time.end
+    return {"output.frames": [float(t) for t in looks.independent_areas(scene)[0] if t <= end]}
+
+
+def measure_run(study, scene, changes, finest):
+    """Errors over all steps and at the times of the independent computation; what the run took."""
     rows = study.history(scene, changes)
-    times = [t for t in study.listed(scene)[0] if 0.01 <= t <= min(rows["time"][-1], finest["time"][-1])]
-    at_listed = max(abs(study.area_at(rows, times) / study.area_at(finest, times) - 1.0))
-    edge, nodes = study.mesh_of(scene, changes)
+    times = [t for t in changes["output.frames"] if START <= t <= min(rows["time"][-1], finest["time"][-1])]
+    edge, nodes = study.resolution(scene, changes)
     return {
-        "error": study.area_error(rows, finest),
-        "listed": at_listed,
-        "seconds": study.seconds(scene, changes),
+        "wish": changes.get("accuracy"),
+        "step": changes["time.step"],
         "edge": edge,
         "nodes": nodes,
         "steps": len(rows["time"]),
         "iterations": int(rows["iterations"].sum()),
+        "seconds": study.cpu_time(scene, changes),
+        "error": float(area_error(rows, finest)),
+        "listed": float(max(abs(area_at(rows, times) / area_at(finest, times) - 1.0))),
     }
 
 
-def main(out=study.OUT, scenes=("typical", "fig9-base"), families=FAMILIES, finest=FINEST, check=CHECK):
-    figures = {}
-    for scene in scenes:
-        exact = study.history(scene, finest)
-        times, areas = (values[study.listed(scene)[0] <= exact["time"][-1]] for values in study.listed(scene))
-        study.table(
-            f"{study.TITLE[scene]}: the finest solution against the independent one of a pure membrane, relative",
+def draw(measured, out=looks.OUT, families=FAMILIES):
+    for scene, found in measured.items():
+        looks.table(
+            f"{looks.TITLE[scene]}: the finest solution against the independent one of a pure membrane, relative",
             ["t", "A finest", "independent", "difference"],
-            [(t, float(a), b, float(b / a - 1.0)) for t, a, b in zip(times, study.area_at(exact, times), areas)],
+            found["independent"],
         )
-        if check:
-            print(f"  the same on a mesh and step 2 times coarser: {study.area_error(study.history(scene, check), exact):.2e}")
-        for family, (runs, *_) in families.items():
-            figures[scene, family] = [measure(scene, changes, exact) for changes in runs]
-            study.table(
-                f"{study.TITLE[scene]}, {family}",
+        print(f"  the same on a mesh and step 2 times coarser: {found['check']:.2e}")
+        for family, runs in found["families"].items():
+            looks.table(
+                f"{looks.TITLE[scene]}, {family}",
                 ["wish", "step", "front edge", "nodes", "steps", "iterations", "CPU [s]", "error", "at listed times"],
-                [
-                    (c.get("accuracy", "-"), c["time.step"], *(m[k] for k in ("edge", "nodes", "steps", "iterations", "seconds", "error", "listed")))
-                    for c, m in zip(runs, figures[scene, family])
-                ],
+                [(run["wish"] or "-", *list(run.values())[1:]) for run in runs],
             )
 
-    def draw(cost, kept):
-        for (scene, family), measured in figures.items():
-            runs, color, marker, line = families[family]
-            fill = color if scene == scenes[0] else "white"
-            look = {"color": color, "marker": marker, "linestyle": line, "markerfacecolor": fill}
-            errors = [m["error"] for m in measured]
-            wishes = [c.get("accuracy") for c in runs]
-            if None not in wishes:
-                kept.loglog(wishes, errors, **look, label=f"{family.split(',')[0]}, {study.TITLE[scene]}")
-            cost.loglog([m["seconds"] for m in measured], errors, **look, label=family if scene == scenes[0] else None)
+    def fill(cost, kept):
+        for number, (scene, found) in enumerate(measured.items()):
+            for family, runs in found["families"].items():
+                _, color, marker, line = families[family]
+                look = {
+                    "color": color,
+                    "marker": marker,
+                    "linestyle": line,
+                    "markerfacecolor": "white" if number else color,
+                }
+                errors = [run["error"] for run in runs]
+                wishes = [run["wish"] for run in runs]
+                if None not in wishes:
+                    kept.loglog(wishes, errors, **look, label=f"{family.split(',')[0]}, {looks.TITLE[scene]}")
+                cost.loglog([run["seconds"] for run in runs], errors, **look, label=None if number else family)
         wishes = [8e-4, 0.05]
         kept.loglog(wishes, wishes, "--", color="0.4", linewidth=0.9, label="error = wish")
         kept.set(xlabel=r"accuracy wish", ylabel="largest relative error of $A(t)$, $t \\geq 0.01$")
-        cost.set(xlabel="CPU time of the coupling steps [s]", ylabel="largest relative error of $A(t)$, $t \\geq 0.01$")
-        study.legend_below(cost, "filled: typical case; open: soft case of Fig. 9")
-        study.legend_below(kept)
+        cost.set(
+            xlabel="CPU time of the coupling steps [s]", ylabel="largest relative error of $A(t)$, $t \\geq 0.01$"
+        )
+        looks.legend_below(cost, "filled: typical case; open: soft case of Fig. 9")
+        looks.legend_below(kept)
         for axis in (cost.yaxis, kept.yaxis, kept.xaxis):
-            study.as_percent(axis)
+            looks.as_percent(axis)
 
-    study.panels(draw, "accuracy", out, size=(7.2, 4.3))
+    looks.panels(fill, "accuracy", out, size=(7.2, 4.3))
 
 
 if __name__ == "__main__":
-    main(study.command_line())
+    looks.command_line(measure, draw)

@@ -3,9 +3,12 @@
 The same scenes on both bodies, the meridian at an accuracy wish of 0.3 %, the surface at 2 %: the typical case, the
 soft case of Fig. 9, and the typical case with a prestretch of 1.05, in tension everywhere.
 """
+
+import looks
 import numpy as np
-import study
-from study import DARK, GREEN, RED
+from looks import DARK, GREEN, RED
+
+from vesdyn.study import area_at
 
 SCENES = {
     "typical case": ("typical", {}, DARK, "o", "-"),
@@ -16,49 +19,62 @@ WISHES = {"axisymmetric": 0.003, "surface": 0.02}
 END = 0.696
 
 
-def both(scene, changes, end, wishes):
-    """Histories on the meridian and on the surface."""
-    return [
-        study.history(scene, changes | {"model": model, "mesh": "auto", "time.step": "auto", "accuracy": wish, "time.end": end})
-        for model, wish in wishes.items()
-    ]
+def measure(study, end=END, wishes=WISHES):
+    """Histories by scene: on the meridian and on the surface; rows of what sets them apart."""
+    times = [float(t) for t in looks.independent_areas("typical")[0] if t <= end]
+    auto = {"mesh": "auto", "time.step": "auto", "time.end": end, "output.frames": times}
+    runs = {
+        name: [(scene, {**changes, **auto, "model": model, "accuracy": wish}) for model, wish in wishes.items()]
+        for name, (scene, changes, *_) in SCENES.items()
+    }
+    study.prepare([run for pair in runs.values() for run in pair])
+    histories = {name: [study.history(*run) for run in pair] for name, pair in runs.items()}
+    return {
+        "histories": histories,
+        "rows": [row for name, pair in histories.items() for row in apart(name, *pair, times)],
+    }
 
 
-def main(out=study.OUT, end=END, wishes=WISHES):
-    curves = {name: both(scene, changes, end, wishes) for name, (scene, changes, *_) in SCENES.items()}
+def apart(name, meridian, surface, times):
+    """Rows of scene, time, relative differences of area and densities, both pressures, smallest free tension."""
     rows = []
-    for name, (meridian, surface) in curves.items():
-        for t in (t for t in study.listed("typical")[0] if t <= end):
-            at = [{key: np.interp(t, h["time"], h[key]) for key in h} for h in (meridian, surface)]
-            off = [float(at[1][key] / at[0][key] - 1.0) for key in ("binding_area", "density_min", "density_max")]
-            rows.append((name, float(t), *off, float(at[0]["pressure"]), float(at[1]["pressure"]), float(at[0]["free_tension_min"])))
-    study.table(
+    for t in times:
+        m, s = ({key: float(np.interp(t, h["time"], h[key])) for key in h} for h in (meridian, surface))
+        off = [s[key] / m[key] - 1.0 for key in ("binding_area", "density_min", "density_max")]
+        rows.append((name, t, *off, m["pressure"], s["pressure"], m["free_tension_min"]))
+    return rows
+
+
+def draw(measured, out=looks.OUT):
+    looks.table(
         "surface / meridian - 1, pressures, smallest tension of the free meridian",
         ["scene", "t", "A", "c min", "c max", "p meridian", "p surface", "tension"],
-        rows,
+        measured["rows"],
     )
 
-    def draw(area, pressure):
-        for name, (meridian, surface) in curves.items():
+    def fill(area, pressure):
+        for name, (meridian, surface) in measured["histories"].items():
             *_, color, marker, line = SCENES[name]
             t = meridian["time"][meridian["time"] > 0.004]
             s = surface["time"][surface["time"] > 0.004]
-            off = np.interp(s, surface["time"], surface["binding_area"]) / study.area_at(meridian, s) - 1.0
-            area.semilogx(s, 100 * off, color=color, linestyle=line, marker=marker, markevery=0.08, markersize=3, label=name)
+            off = np.interp(s, surface["time"], surface["binding_area"]) / area_at(meridian, s) - 1.0
+            area.semilogx(
+                s, 100 * off, color=color, linestyle=line, marker=marker, markevery=0.08, markersize=3, label=name
+            )
             pressure.semilogx(t, np.interp(t, meridian["time"], meridian["pressure"]), color=color, linestyle=line)
             shown = s[:: max(1, len(s) // 14)]
-            pressure.plot(shown, np.interp(shown, s, surface["pressure"][-len(s) :]), color=color, marker=marker, linestyle="none",
-                          markerfacecolor="none", label=name)  # fmt: skip
+            marks = {"color": color, "marker": marker, "linestyle": "none", "markerfacecolor": "none", "label": name}
+            pressure.plot(shown, np.interp(shown, s, surface["pressure"][-len(s) :]), **marks)
         area.axhline(0.0, color="0.7", linewidth=0.6)
-        area.set(xlabel="time $t$ [$a_0^2/D$]", ylabel="$A$ on the surface / on the meridian $-$ 1 [%]", ylim=(-3.5, 3.5))
-        pressure.set(xlabel="time $t$ [$a_0^2/D$]", ylabel="pressure $p$ [$kT/a_0^3$]")
+        area.set(xlabel=looks.TIME, ylabel="$A$ on the surface / on the meridian $-$ 1 [%]", ylim=(-3.5, 3.5))
+        pressure.set(xlabel=looks.TIME, ylabel="pressure $p$ [$kT/a_0^3$]")
         for ax in (area, pressure):
-            study.plain(ax.xaxis, (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5))
-        study.legend_below(area)
-        study.legend_below(pressure, title="line: meridian, mark: surface")
+            looks.plain(ax.xaxis, (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5))
+        looks.legend_below(area)
+        looks.legend_below(pressure, title="line: meridian, mark: surface")
 
-    study.panels(draw, "bodies", out, size=(7.2, 3.8))
+    looks.panels(fill, "bodies", out, size=(7.2, 3.8))
 
 
 if __name__ == "__main__":
-    main(study.command_line())
+    looks.command_line(measure, draw)

@@ -11,21 +11,27 @@ unchanged runs. Printed, and written to docs/claims.md.
 
 from typing import NamedTuple
 
-import figure2
-import figure3
-import figure4
-import figure5
-import figure6
-import figure7
-import figure8
-import figure9
+import looks
 import numpy as np
-import paper
-import study
 
-from vesdyn.case_file import load_case
+from vesdyn.front import modulation
+from vesdyn.study import (
+    FAMILIES,
+    NODES,
+    ON_MERIDIAN,
+    SNAPSHOTS,
+    at_one_product,
+    common_times,
+    density_range,
+    displaced_fronts,
+    front_shapes,
+    goes_one_way,
+    holds_from,
+    left_of_displacement,
+    with_drift_number_held,
+)
 
-TABLE = study.ROOT / "docs" / "claims.md"
+TABLE = looks.ROOT / "docs" / "claims.md"
 UNSTATED = (  # changes of a case
     {"drag": 0.05},
     {"drag": 0.1},
@@ -47,6 +53,9 @@ STABILITY = (
     (1.81, 2.416, None),
 )  # K, T_max, unstable from r
 WATCHED = 0.004, 0.04  # after the displacement [a0^2/D]: one step, and ten
+EXPONENT_AT = 0.1  # time at which exponents are compared [a0^2/D]
+DISPLACED_AT = (0.144, 0.24, 0.696)  # times of Fig. 9 b to d
+FRONTS_AT = tuple(float(f"{t:.4g}") for t in np.geomspace(0.002, 1.0, 55))
 GROWN = 3.0  # times between the two: what counts as unstable
 
 
@@ -72,7 +81,7 @@ def finals(some):
 
 def ordered(some):
     """Whether each curve stays above the one before it, by more than their errors, at all t >= 0.01."""
-    return all(paper.holds_from(low, high) <= paper.common_times([low, high])[0] for low, high in zip(some, some[1:]))
+    return all(holds_from(low, high) <= common_times([low, high])[0] for low, high in zip(some, some[1:]))
 
 
 def spread(some):
@@ -84,8 +93,8 @@ def spread(some):
 
 
 def snapshots(curve):
-    (low, low_error), (high, high_error) = figure2.density_range(curve)
-    reached = float(curve.at(figure2.TIMES[-1])) / curve.final
+    (low, low_error), (high, high_error) = density_range(curve)
+    reached = float(curve.at(SNAPSHOTS[-1])) / curve.final
     return Found(
         f"density {pm(low, low_error)} to {pm(high, high_error)}; A(0.560) is {reached:.1%} of the final area",
         {
@@ -100,7 +109,7 @@ def typical(curve):
     t = np.array([0.0, 0.008, 0.044, 0.128, 0.56])
     area = np.append(0.0, curve.at(t[1:]))
     rate = np.diff(area) / np.diff(t)
-    exponent = curve.slope(np.geomspace(0.01, 0.3, 50))
+    exponent = curve.exponent(np.geomspace(0.01, 0.3, 50))
     return Found(
         f"A = {', '.join(f'{a:.3f}' for a in area[1:])} at the times of Fig. 2, {finals([curve])}"
         f" at the end; exponent {exponent.max():.2f} at most; 99 % at t = {curve.time_of(0.99):.2f}",
@@ -135,25 +144,24 @@ def farther(*some):
 def more_ligands(*some):
     times, errors = [c.time_of(0.95) for c in some], [c.time_error(0.95) for c in some]
     later = [b - a > ea + eb for a, b, ea, eb in zip(times, times[1:], errors, errors[1:])]
-    exponents = [float(c.slope(figure7.EXPONENT_AT)) for c in some]
+    exponents = [float(c.exponent(EXPONENT_AT)) for c in some]
     return Found(
         f"95 % of the final area at t = {', '.join(pm(t, e) for t, e in zip(times, errors))};"
-        f" exponent at {figure7.EXPONENT_AT:g}: {', '.join(f'{e:.2f}' for e in exponents)}",
+        f" exponent at {EXPONENT_AT:g}: {', '.join(f'{e:.2f}' for e in exponents)}",
         {"ends first to last": times[-1] - times[0] > errors[0] + errors[-1], "every neighbour": all(later),
          "larger exponent": exponents[-1] - exponents[0] > DISCERNIBLE},
     )  # fmt: skip
 
 
-def front_shape(changes):
-    t, coarse, fine, _ = figure8.measure(figure8.CASES[0], changes=changes)
-    error = abs(fine - coarse)
+def front_shape(study, changes):
+    t, coarse, error, *_ = front_shapes(study, "typical-auto", FRONTS_AT, changes=changes)
     first, last = int(np.argmin(abs(t - 0.008))), len(t) - 1
     return Found(
         f"radius of curvature {pm(coarse[first, 0], error[first, 0], 4)} at t = 0.008,"
         f" {pm(coarse[last, 0], error[last, 0], 4)}"
         f" at the end; angle {np.degrees(coarse[first, 1]):.1f}° to {np.degrees(coarse[last, 1]):.1f}°",
-        {"radius falls": figure8.goes_one_way(t, coarse[:, 0], error[:, 0].max(), -1),
-         "angle rises": figure8.goes_one_way(t, coarse[:, 1], error[:, 1].max(), +1)},
+        {"radius falls": goes_one_way(t, coarse[:, 0], error[:, 0].max(), -1),
+         "angle rises": goes_one_way(t, coarse[:, 1], error[:, 1].max(), +1)},
     )  # fmt: skip
 
 
@@ -162,15 +170,14 @@ def front_radius(curve):
     return Found(f"r(0.140) = {pm(r, r * error)}", {"0.416": abs(r - 0.416) < 0.003 + r * error})
 
 
-def modulated_front():
-    coarse, symmetric = (figure9.measure(name)[0] for name in ("fig9-coarse", "fig9-rings"))
-    first, later = figure9.TIMES[:2]
+def modulated_front(study):
+    coarse, symmetric = (displaced_fronts(study, name, DISPLACED_AT)[0] for name in ("fig9-coarse", "fig9-rings"))
+    first, later = DISPLACED_AT[:2]
 
     def off(fronts, t):
-        moved, still = fronts["contact"][t]
-        return figure9.spread(moved - still, still)
+        return left_of_displacement(*fronts["contact"][t])
 
-    rim = [figure9.spread(radius) for radius in coarse[figure9.NODES][first]]
+    rim = [modulation(radius) for radius in coarse[NODES][first]]
     return Found(
         f"rim of touching nodes on the coarse mesh {rim[0]:.1%} displaced, {rim[1]:.1%} not displaced;"
         " what the displacement"
@@ -181,21 +188,21 @@ def modulated_front():
     )  # fmt: skip
 
 
-def growth(shear_modulus, traction, radius):
+def growth(study, shear_modulus, traction, radius):
     """What is left of a displacement at front ``radius`` [a0] after one step, of r, and its growth until ten."""
     material = {"membrane.shear_modulus": shear_modulus, "adhesion.traction": traction}
     rows = study.history("typical-auto", material)
     at = float(f"{np.interp(radius, rows['contact_radius'], rows['time']):.4g}")
     times = [round(at + wait, 6) for wait in WATCHED]
     changes = {**material, "perturbation.at": at, "time.end": times[-1], "output.frames": times}
-    fronts = figure9.measure("fig9-rings", times, changes)[0]["above"]
-    first, last = (figure9.spread(moved - still, still) for moved, still in fronts.values())
+    fronts = displaced_fronts(study, "fig9-rings", times, changes)[0]["above"]
+    first, last = (left_of_displacement(*pair) for pair in fronts.values())
     return first, last / first
 
 
-def stability():
+def stability(study):
     radii = [radius for *_, radius in STABILITY if radius]
-    found = [(K, T, radius, *growth(K, T, radius or min(radii))) for K, T, radius in STABILITY]
+    found = [(K, T, radius, *growth(study, K, T, radius or min(radii))) for K, T, radius in STABILITY]
     return Found(
         "; ".join(f"K = {K:g}, T = {T:g}: {left:.3%} of 2 % is left after a step, times {factor:.2g} after nine more"
                   for K, T, _, left, factor in found),
@@ -218,31 +225,39 @@ CLAIMS = (
         "F2",
         "snapshots at 0.008, 0.044, 0.128 and 0.560 (final); density 0.4 to 4.0",
         snapshots,
-        lambda: paper.curves([figure2.CASE]),
+        lambda study: study.curves(FAMILIES["figure2"].cases),
     ),
-    Claim("F3", "fast, then sub-linear, then constant; A below 0.8", typical, lambda: paper.curves([figure3.CASE])),
-    Claim("F4", "stiffer: slower and smaller", stiffer, lambda: paper.curves(figure4.CASES)),
+    Claim(
+        "F3",
+        "fast, then sub-linear, then constant; A below 0.8",
+        typical,
+        lambda study: study.curves(FAMILIES["figure3"].cases),
+    ),
+    Claim("F4", "stiffer: slower and smaller", stiffer, lambda study: study.curves(FAMILIES["figure4"].cases)),
     Claim(
         "F5",
         "stronger: faster and larger; beyond T_max = 1.51 insignificant",
         stronger,
-        lambda: paper.curves(figure5.CASES),
+        lambda study: study.curves(FAMILIES["figure5"].cases),
     ),
     Claim(
         "F6",
         "longer range: slightly faster; final area only weakly dependent",
         farther,
-        lambda: paper.curves(figure6.CASES),
+        lambda study: study.curves(FAMILIES["figure6"].cases),
     ),
-    Claim("F6, one T_max d_c", "the same, read as one adhesion energy", farther, figure6.at_one_product),
-    Claim("F7, mobility held", "more ligands: closer to linear A(t)", more_ligands, lambda: figure7.held("mobility")),
+    Claim("F6, one T_max d_c", "the same, read as one adhesion energy", farther, at_one_product),
     Claim(
-        "F7, drift number held", "the same", more_ligands, lambda: figure7.held("drift_number"), "receptors.mobility"
+        "F7, mobility held",
+        "more ligands: closer to linear A(t)",
+        more_ligands,
+        lambda study: study.curves(FAMILIES["figure7"].cases),
     ),
-    Claim("F9, base", "r = 0.416 at t = 0.140", front_radius, lambda: paper.curves(["fig9-base"], paper.ON_MERIDIAN)),
+    Claim("F7, drift number held", "the same", more_ligands, with_drift_number_held, "receptors.mobility"),
+    Claim("F9, base", "r = 0.416 at t = 0.140", front_radius, lambda study: study.curves(["fig9-base"], ON_MERIDIAN)),
 )
 WITHOUT_CURVES = (
-    Claim("F8", "front's radius of curvature falls, spreading angle rises", lambda: front_shape({})),
+    Claim("F8", "front's radius of curvature falls, spreading angle rises", lambda study: front_shape(study, {})),
     Claim("F9, front", "a random displacement of 2 % leaves modulations that multiply and stay", modulated_front),
     Claim(
         "S", "unstable: (K, T_max) = (0.302, 1.51), (0.603, 2.416), (1.81, 3.02); stable: (1.81, 2.416)", stability
@@ -254,11 +269,11 @@ def said(changes):
     return ", ".join(f"{PLAIN[key]} = {value:g}" for key, value in changes.items())
 
 
-def sensitivity(claim, base, some):
+def sensitivity(study, claim, base, some):
     """What the verdict and the final areas become with each of UNSTATED, in words."""
     words, moved = [], {}
     for changes in (changes for changes in UNSTATED if claim.holding not in changes):
-        others = paper.varied(some, changes)
+        others = study.varied(some, changes)
         found = claim.find(*others)
         lost = [part for part in base.parts if base.parts[part] and not found.parts[part]]
         won = [part for part in base.parts if found.parts[part] and not base.parts[part]]
@@ -274,33 +289,33 @@ def sensitivity(claim, base, some):
     return ("; ".join(words) or "verdict the same") + f". Final areas: {areas}"
 
 
-def table():
-    """Rows of name, what the paper says, what is computed, verdict with the parts that fail, sensitivity."""
+def measure(study):
+    """The unchanged typical case, and rows of name, what the paper says, what is computed, verdict, sensitivity."""
     rows = []
     for claim in CLAIMS + WITHOUT_CURVES:
-        some = claim.curves() if claim.curves else []
-        found = claim.find(*some)
+        some = claim.curves(study) if claim.curves else []
+        found = claim.find(*some) if some else claim.find(study)
         failed = [part for part, is_so in found.parts.items() if not is_so]
         verdict = found.verdict + (f" (not “{'”, “'.join(failed)}”)" if found.verdict == "holds in part" else "")
         rows.append(
-            (claim.name, claim.says, found.numbers, verdict, sensitivity(claim, found, some) if some else "-")
+            (claim.name, claim.says, found.numbers, verdict, sensitivity(study, claim, found, some) if some else "-")
         )
         print(*rows[-1], sep="\n    ", flush=True)
-    return rows
+    return study.case("typical-auto"), rows
 
 
-def draw(out=TABLE.parent):
-    case = load_case(study.CONFIGS / "typical-auto.yaml")
+def draw(measured, out=TABLE.parent):
+    case, rows = measured
     lines = [
         "# The paper's claims",
         "",
         f"Computed by `python plots/claims.py` with drag {case.drag:g}, mobility {case.receptors.mobility:g},"
-        f" thickness {case.membrane.thickness:g} and an accuracy wish of {case.accuracy:.0%}; errors are those of mesh,"
-        " step and tolerance (`plots/paper.py`). Units: length a0, time a0²/D, energy kT, density c_r0.",
+        f" thickness {case.membrane.thickness:g} and an accuracy wish of {case.accuracy:.0%}; errors are those of"
+        " mesh, step and tolerance (`vesdyn/study.py`). Units: length a0, time a0²/D, energy kT, density c_r0.",
         "",
         "| claim | the paper says | computed | verdict | where the paper is silent |",
         "|---|---|---|---|---|",
-        *("| " + " | ".join(cell.replace("|", "/") for cell in row) + " |" for row in table()),
+        *("| " + " | ".join(cell.replace("|", "/") for cell in row) + " |" for row in rows),
         "",
     ]
     out.mkdir(parents=True, exist_ok=True)
@@ -309,4 +324,4 @@ def draw(out=TABLE.parent):
 
 
 if __name__ == "__main__":
-    draw(study.command_line(TABLE.parent))
+    looks.command_line(measure, draw, TABLE.parent)

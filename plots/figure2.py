@@ -4,19 +4,19 @@ Above, the vesicle on the substrate; below, the same from under the substrate, w
 receptors it has gathered, the front, where they are densest at first, and the lack of them outside it.
 """
 
+import looks
 import matplotlib
 import numpy as np
-import paper
-import study
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import TriMesh
 from matplotlib.colors import LogNorm
 from matplotlib.tri import Triangulation
 
-from vesdyn.pictures import project, revolve, vertex_normals, visible_faces
+from vesdyn.meshing import revolved
+from vesdyn.pictures import project, vertex_normals, visible_faces
+from vesdyn.study import FAMILIES, SNAPSHOTS, density_range
 
-CASE = "typical-auto"
-TIMES = (0.008, 0.044, 0.128, 0.56)
+PRINTED = 0.4, 4.0  # smallest and largest density of the paper's figure [c_r0]
 LEVELS = (0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0)  # of c / c_r0, at equal ratios
 DENSITIES = 0.35, 5.0  # ends of the colours [c_r0]
 COLORS = matplotlib.colormaps["viridis"]  # from dark to light: the order survives grey print
@@ -27,11 +27,16 @@ SECTORS = 180
 SUBSTRATE = 0.56  # half the width of the substrate shown [a0]
 TURNED = 25.0  # the substrate against the view [degrees]
 SPACING = 0.14  # of the lines on it [a0]
+SCALE = 0.5  # length of the bar [a0]
 
 
-def surface(frame):
-    """Vertices (n, 3) [a0], faces (m, 3) and density (n,) of a stored ``frame`` of a meridian, revolved."""
-    return revolve(frame["position"], frame["density"], SECTORS)
+def measure(study):
+    """Shapes at the four times; smallest and largest density at these, each with its error [c_r0]."""
+    cases, _ = FAMILIES["figure2"]
+    [curve] = study.curves(cases)
+    frames = study.frames(*cases)
+    shown = [min(frames, key=lambda frame: abs(frame["time"] - t)) for t in SNAPSHOTS]
+    return {"frames": shown, "density": density_range(curve)}
 
 
 def draw_substrate(ax, elevation):
@@ -52,7 +57,8 @@ def draw_substrate(ax, elevation):
 
 def draw_vesicle(ax, frame, elevation, norm):
     """Density in colour, dimmed where light falls from the side, and lines of equal density on the faces seen."""
-    x, faces, density = surface(frame)
+    x, faces, nodes = revolved(frame["position"], SECTORS)
+    density = frame["density"][nodes]
     right, up, _ = project(x, elevation)
     seen = Triangulation(right, up, visible_faces(x, faces, elevation))
     light = np.clip(vertex_normals(x, faces) @ (LIGHT_FROM * (1.0, 1.0, np.sign(elevation))), 0.0, 1.0)
@@ -62,18 +68,20 @@ def draw_vesicle(ax, frame, elevation, norm):
     ax.tricontour(seen, density, LEVELS, colors="white", linewidths=0.45, zorder=4)
 
 
-def density_range(curve):
-    """Smallest and largest density [c_r0] at the four times, each with its error."""
-    low, high = float(curve.at(TIMES, "density_min").min()), float(curve.at(TIMES, "density_max").max())
-    return (low, low * curve.error("density_min")), (high, high * curve.error("density_max"))
+def draw_scale(ax):
+    """A bar of SCALE in the picture; lengths across the view are true."""
+    left, height = -0.74, -0.44
+    ax.plot((left, left + SCALE), (height, height), color="k", linewidth=1.2, solid_capstyle="butt", zorder=6)
+    ax.text(left + SCALE / 2, height + 0.02, f"{SCALE:g} $a_0$", ha="center", va="bottom", fontsize=7, zorder=6)
 
 
-def draw(out=study.OUT):
-    [curve] = paper.curves([CASE])
-    every = study.frames(CASE, {})
-    shown = [min(every, key=lambda frame: abs(frame["time"] - t)) for t in TIMES]
-    (low, low_error), (high, high_error) = density_range(curve)
-    print(f"\ndensity at the four times: {low:.3f} ± {low_error:.3f} to {high:.3f} ± {high_error:.3f} c_r0")
+def draw(measured, out=looks.OUT):
+    shown = measured["frames"]
+    (low, low_error), (high, high_error) = measured["density"]
+    print(
+        f"\ndensity at the four times: {low:.3f} ± {low_error:.3f} to {high:.3f} ± {high_error:.3f} c_r0;"
+        f" the paper prints {PRINTED[0]:.1f} to {PRINTED[1]:.1f}"
+    )
     norm = LogNorm(*DENSITIES)
 
     def fill(figure):
@@ -92,10 +100,15 @@ def draw(out=study.OUT):
         bar.set_ticks(LEVELS, labels=[f"{level:g}" for level in LEVELS], minor=False)
         bar.ax.minorticks_off()
         bar.ax.hlines(LEVELS, 0, 1, colors="white", linewidths=0.6)
-        bar.set_label("receptor density $c$ [$c_{r0}$]")
+        bar.ax.plot((0.0, 0.0), PRINTED, ">", color="k", markersize=4, clip_on=False)
+        bar.set_label(
+            f"receptor density $c$ [$c_{{r0}}$], here {low:.2f} to {high:.2f}\n"
+            rf"$\blacktriangleright$ the paper prints {PRINTED[0]:.1f} to {PRINTED[1]:.1f}"
+        )
+        draw_scale(axes[1, 0])
 
-    study.picture(fill, "figure2", out, size=(7.2, 3.7))
+    looks.picture(fill, "figure2", out, size=(7.2, 3.7))
 
 
 if __name__ == "__main__":
-    draw(study.command_line())
+    looks.command_line(measure, draw)

@@ -1,29 +1,38 @@
 """Fig. 3: the binding area of the typical case, A(t), and its local exponent: fast, sub-linear, constant."""
 
-import paper
-import study
-from study import DARK
+import looks
 
-CASE = "typical-auto"
-KEY = "membrane.shear_modulus"
+from vesdyn.study import FAMILIES, SNAPSHOTS
+
+EXPONENTS_AT = (0.01, 0.03, 0.1, 0.3)  # times at which the exponent is printed [a0^2/D]
 
 
-def draw(out=study.OUT):
-    [curve] = paper.curves([CASE])
-    paper.tabulate("Fig. 3", [curve], KEY)
-    shown = [t for t in curve.case.output.frames if t <= curve.rows["time"][-1]]
+def measure(study):
+    """The curve; rows of time, area, exponent and errors."""
+    [curve] = study.curves(FAMILIES["figure3"].cases)
+    times = [t for t in SNAPSHOTS if t <= curve.end]
+    areas = [(t, float(curve.at(t)), float(curve.at(t)) * curve.error()) for t in times]
+    exponents = [(t, float(curve.exponent(t)), float(curve.exponent_error(t))) for t in EXPONENTS_AT]
+    return {"curve": curve, "areas": areas, "exponents": exponents}
 
-    def fill(areas, slopes):
-        paper.draw_areas(areas, [curve], KEY, until=1.2)
-        areas.plot(
-            shown, curve.at(shown), "o", color=DARK, markerfacecolor="white", clip_on=False, label="shapes of Fig. 2"
-        )
+
+def draw(measured, out=looks.OUT):
+    curve, key = measured["curve"], FAMILIES["figure3"].key
+    looks.tabulate("Fig. 3", [curve], key)
+    looks.table("areas at the times of Fig. 2", ["t", "A", "±"], measured["areas"])
+    looks.table("local exponents", ["t", "d ln A / d ln t", "±"], measured["exponents"])
+
+    def fill(areas, exponents):
+        looks.draw_areas(areas, [curve], key, until=1.2)
+        times, values, _ = zip(*measured["areas"])
+        look = {"color": looks.DARK, "markerfacecolor": "white", "clip_on": False, "label": "shapes of Fig. 2"}
+        areas.plot(times, values, "o", **look)
         areas.legend(loc="lower right")
         areas.set_ylim(0.0, 0.8)
-        paper.draw_slopes(slopes, [curve])
+        looks.draw_exponents(exponents, [curve])
 
-    study.panels(fill, "figure3", out, size=(7.2, 2.9))
+    looks.panels(fill, "figure3", out, size=(7.2, 2.9))
 
 
 if __name__ == "__main__":
-    draw(study.command_line())
+    looks.command_line(measure, draw)

@@ -1,15 +1,18 @@
 """Fig. 4: stiffer membranes spread more slowly and less: A(t) for four moduli K, and what sets the curves apart."""
 
-import paper
-import study
+import looks
 
-CASES = ("fig4-K0.603", "fig4-K1.206", "fig4-K1.81", "fig4-K3.018")
-KEY = "membrane.shear_modulus"
+from vesdyn.study import FAMILIES
 
 
-def draw(out=study.OUT):
-    paper.draw_family(4, CASES, KEY, out)
+def measure(study):
+    """The curves of the figure."""
+    return study.curves(FAMILIES["figure4"].cases)
+
+
+def draw(measured, out=looks.OUT):
+    looks.draw_family("figure4", measured, FAMILIES["figure4"].key, out)
 
 
 if __name__ == "__main__":
-    draw(study.command_line())
+    looks.command_line(measure, draw)

@@ -1,15 +1,18 @@
 """Fig. 5: stronger traction spreads faster and farther: A(t) for four T_max, and what sets the curves apart."""
 
-import paper
-import study
+import looks
 
-CASES = ("fig5-T0.302", "fig5-T0.604", "fig4-K1.81", "typical-auto")
-KEY = "adhesion.traction"
+from vesdyn.study import FAMILIES
 
 
-def draw(out=study.OUT):
-    paper.draw_family(5, CASES, KEY, out)
+def measure(study):
+    """The curves of the figure."""
+    return study.curves(FAMILIES["figure5"].cases)
+
+
+def draw(measured, out=looks.OUT):
+    looks.draw_family("figure5", measured, FAMILIES["figure5"].key, out)
 
 
 if __name__ == "__main__":
-    draw(study.command_line())
+    looks.command_line(measure, draw)

@@ -151,23 +151,3 @@ def test_light_commands_import_nothing_heavy(argument):
     )
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert out.splitlines()[-1] == "[]"
-
-
-def test_figures_need_a_checkout(tmp_path, monkeypatch, capfd):
-    monkeypatch.chdir(tmp_path)
-    assert main(["figures"]) == 2
-    assert "checkout" in capfd.readouterr().err
-
-
-def test_figures_are_drawn_by_name_and_timed(tmp_path, monkeypatch, capfd):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "plots").mkdir()
-    (tmp_path / "plots" / "figure3.py").write_text("import sys\nprint('drawn', *sys.argv[1:])\n")
-    (tmp_path / "plots" / "figure4.py").write_text("raise SystemExit('no runs')\n")
-    assert main(["figures", "3", "--jobs", "2"]) == 0
-    drawn, timed = capfd.readouterr().out.splitlines()
-    assert drawn == "drawn --jobs 2"
-    assert timed.startswith("figure3: ")
-    assert main(["figures"]) == 1  # one of them failed
-    assert main(["figures", "figure3", "12"]) == 2
-    assert "12" in capfd.readouterr().err

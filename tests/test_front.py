@@ -5,7 +5,15 @@ import pytest
 from measure import sphere, straight_shares
 
 from vesdyn.body import area_below, set_shares_below
-from vesdyn.front import contact_radius, front_points, front_radius
+from vesdyn.front import (
+    contact_radius,
+    faces_on_plane,
+    front_points,
+    front_radius,
+    front_shape,
+    modulation,
+    rim_radius,
+)
 
 
 def fan(center, radius, n):
@@ -71,3 +79,36 @@ def test_an_annulus_is_counted_as_one(model):
         area[name], radius[name] = area_below(body.topology, x, 0.002, share), contact_radius(x, body.edges, share)
     assert area["disc"] - area["annulus"] == pytest.approx(np.pi * 0.1**2, rel=0.1)  # half an edge of the rim
     assert radius["annulus"] == pytest.approx(radius["disc"], rel=1e-3)
+
+
+def test_front_shape_of_a_circular_turn():
+    turn = np.linspace(0.0, 1.2, 400)
+    circle = 0.3 + 0.05 * np.sin(turn), 0.05 * (1.0 - np.cos(turn))
+    rise = np.linspace(0.0, 0.3, 50)[1:]
+    r = np.concatenate([np.linspace(0.0, 0.3, 50)[:-1], circle[0], circle[0][-1] + rise * np.cos(1.2)])
+    z = np.concatenate([np.zeros(49), circle[1], circle[1][-1] + rise * np.sin(1.2)])
+    shape = front_shape(np.column_stack([r, z]), cutoff=0.1)
+    assert shape.radius_of_curvature == pytest.approx(0.05, rel=1e-3)
+    assert shape.spreading_angle == pytest.approx(1.2, rel=1e-3)
+    assert shape.lower_angle < 1.2 == pytest.approx(shape.upper_angle, rel=1e-3)  # the lower one is in the turn
+
+
+def test_rim_of_the_faces_that_lie_on_the_plane():
+    n = 60
+    angle = 2.0 * np.pi * np.arange(n) / n
+    inner, outer = (np.stack([r * np.cos(angle), r * np.sin(angle), 0.0 * angle], axis=1) for r in (0.3, 0.5))
+    outer[:, 2] = 0.1  # above the plane
+    x = np.concatenate([[[0.0, 0.0, 0.0]], inner, outer]) + [0.2, -0.1, 0.0]
+    i, j = np.arange(n), (np.arange(n) + 1) % n
+    disc, ring = np.stack([0 * i, 1 + i, 1 + j], axis=1), np.stack([1 + i, 1 + n + i, 1 + j], axis=1)
+    landed = faces_on_plane(np.concatenate([ring, disc]), x[:, 2])
+    assert np.array_equal(landed, disc)
+    assert rim_radius(x, landed) == pytest.approx(0.3, rel=1e-12)
+
+
+def test_modulation_of_a_wavy_front():
+    angle = np.linspace(-np.pi, np.pi, 360, endpoint=False)
+    wavy = 0.4 * (1.0 + 0.02 * np.cos(3 * angle))
+    assert modulation(wavy) == pytest.approx(0.02 / 2**0.5, rel=1e-12)
+    assert modulation(wavy - 0.4, np.full(360, 0.4)) == pytest.approx(0.02 / 2**0.5, rel=1e-12)
+    assert modulation(np.full(360, 0.4)) == pytest.approx(0.0, abs=1e-15)

@@ -21,6 +21,8 @@ LADDER = [
     {"pictures"},
     {"run"},
     {"batch"},
+    {"study"},
+    {"calibration"},
     {"cli"},
     {"__main__"},
 ]

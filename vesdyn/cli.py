@@ -1,12 +1,10 @@
-"""The command line: ``vesdyn run``, ``batch``, ``explain``, ``resume``, ``info``, ``template`` and ``figures``.
+"""The command line: ``vesdyn run``, ``batch``, ``explain``, ``resume``, ``info`` and ``template``.
 
 Exit status 0: done; 1: the run failed; 2: the case or the command cannot be used; 130: interrupted.
 """
 
 import argparse
-import subprocess
 import sys
-import time
 import warnings
 from collections import Counter
 from pathlib import Path
@@ -73,9 +71,6 @@ def _parser():
     resume.add_argument("--quiet", **quiet)
     add("info", _info, "say how a run stands", "DIR", "the directory of the run")
     add("template", _template, "print a commented case file with every key", None, None)
-    figures = add("figures", _draw_figures, "draw the figures of the paper, in a checkout of the sources", None, None)
-    figures.add_argument("names", metavar="NAME", nargs="*", help="figure2 to figure9, or their numbers (default: all)")
-    figures.add_argument("--jobs", type=_count, metavar="N", help="runs side by side (default: one a core)")
     return parser
 
 
@@ -229,19 +224,3 @@ def _template(arguments):
 
     print(template(), end="")
     return 0
-
-
-def _draw_figures(arguments):
-    scripts = {script.stem.removeprefix("figure"): script for script in sorted(Path("plots").glob("figure*.py"))}
-    if not scripts:
-        return _refuse("plots/figure*.py: not found; give this command in a checkout of the sources.", 2)
-    wanted = [name.removeprefix("figure") for name in arguments.names] or list(scripts)
-    if unknown := [name for name in wanted if name not in scripts]:
-        return _refuse(f"figures: there is none named {', '.join(unknown)}; there are {', '.join(scripts)}.", 2)
-    jobs = ["--jobs", str(arguments.jobs)] if arguments.jobs else []
-    failed = False
-    for name in wanted:
-        began = time.monotonic()
-        failed |= subprocess.run([sys.executable, scripts[name], *jobs]).returncode != 0
-        print(f"figure{name}: {time.monotonic() - began:.1f} s", flush=True)
-    return int(failed)
