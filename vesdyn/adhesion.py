@@ -196,6 +196,15 @@ def set_boltzmann_exponents(drift_number, adhesion, ligands, x, exponent):
 
 
 @njit
+def bound_receptors(adhesion, number, x):
+    """Receptors [c_r0 a0^2] in reach of the ligands, each counted by the share of the traction at its gap."""
+    bound = 0.0
+    for i in range(x.shape[0]):
+        bound += number[i] * abs(shape(adhesion.law, gap_of(x, i)))
+    return bound
+
+
+@njit
 def adhesion_work(adhesion, number, ligands, x_old, area_old, x, area):
     """Work [kT] of the adhesion on a path x_old -> x, the load taken as the mean of its end values."""
     work = 0.0

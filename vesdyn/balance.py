@@ -38,7 +38,7 @@ class Balance(NamedTuple):
 class Limits(NamedTuple):
     """How well a balance is to be solved, and after how many iterations it is given up."""
 
-    tolerance: float  # largest nodal residual per reference area [T_max + K/a0]
+    tolerance: float  # largest nodal residual per reference area [T_max]
     max_iterations: int
 
 
@@ -89,8 +89,8 @@ def set_forces(balance, x, scratch):
 
 @njit
 def force_scale(balance):
-    """Stress [kT/a0^3] against which residuals are measured: T_max + K/a0."""
-    return balance.adhesion.traction + balance.body.shear_modulus
+    """Stress [kT/a0^3] against which residuals are measured: the traction, which moves all; K/a0 where there is none."""
+    return balance.adhesion.traction if balance.adhesion.traction > 0.0 else balance.body.shear_modulus
 
 
 @njit

@@ -121,5 +121,5 @@ COLUMNS = (
     Column("free_tension_min", "kT/a0^2", "smallest principal tension of free membrane", lambda m: m.slackest[0]),
     Column("free_tension_min_height", "a0", "height at which it is met", lambda m: m.slackest[1]),
     Column("clipped_edges", "1", "edges whose negative conductance is set to zero", lambda m: m.state.clipped_edges),
-    Column("step_error", "a0", "distance of the shape from the one seen ahead", lambda m: m.state.step_error),
+    Column("step_error", "1", "relative difference of the state from the one seen ahead", lambda m: m.state.step_error),
 )

@@ -12,7 +12,7 @@ damping   `viscous`: c ~ 1.4 w, w the lowest frequency, estimated at each iterat
 fluid     the multiplier p is chosen at each iteration so that V(x) = V0 holds after it to first order:
           two dot products, no penalty stiffness.
 contact   heights are cut at z = 0 and a node the load presses down rests; complementarity is exact.
-stopping  the largest nodal residual divided by (T_max + K/a0) A0 falls below the tolerance.
+stopping  the largest nodal residual divided by T_max A0 falls below the tolerance.
 """
 from typing import NamedTuple
 
@@ -78,6 +78,8 @@ def _solve(balance, starts, pressure, limits, scratch, pause, is_kinetic):
         while progress.status == UNFINISHED:
             pause()
             progress = relax(balance, limits, x, progress, is_kinetic, sitting, scratch)
+            if progress.status == CONVERGED and not has_volume(balance, x, scratch):  # the last move undid it
+                progress = progress._replace(status=UNFINISHED)
         if progress.status == CONVERGED:
             break
     return Solution(x, *progress[:4])
@@ -87,6 +89,11 @@ def begin(pressure, scratch):
     """Bring the nodes to rest; return the `Progress` of a relaxation that starts under ``pressure`` [kT/a0^3]."""
     scratch.velocity[:] = 0.0
     return Progress(UNFINISHED, 0, 0.0, float(pressure), 0.0, 0.0)
+
+
+def has_volume(balance, x, scratch):
+    """Whether ``x`` encloses the volume of the balance, as a solution must."""
+    return abs(set_forces(balance, x, scratch) - balance.volume) <= VOLUME_TOLERANCE * balance.volume
 
 
 @njit

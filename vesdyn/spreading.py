@@ -27,6 +27,8 @@ from vesdyn.kinds import KINDS
 from vesdyn.substrate import gaps, kept_landed
 
 STARTING_STEPS = 4  # of order 1
+SHAPE_SHARE, NUMBER_SHARE = 0.25, 0.1  # of their relative differences that count against that of bound receptors
+ROUND_OFF = 1e-9  # of the size: a way that is none
 METHODS = {"viscous": relaxation.viscous, "kinetic": relaxation.kinetic, "newton": newton.newton}  # solve the balance
 
 
@@ -72,7 +74,7 @@ class State(NamedTuple):
     dissipation: float  # since t = 0 [kT]
     iterations: int  # of the last balance
     residual: float  # of the last balance
-    step_error: float  # distance [a0] of the last shape from the one seen ahead; 0 while the motion starts
+    step_error: float  # relative difference of the last state from the one seen ahead; 0 while the motion starts
     clipped_edges: int  # negative conductances set to zero in the last step
 
     @property
@@ -112,8 +114,8 @@ class Spreading:
         self.lowest = int(np.argmin(gaps(self.x_start)))  # the node in the middle of the contact
         self.mesh_checksum = zlib.crc32(self.x_start.tobytes() + self.body.elements.tobytes())
         area, self.volume_0 = self.measure(self.x_start)
-        self._number = area * self._initial_density()
-        self.number_0 = self._number.sum()
+        self.number_start = area * self._initial_density()
+        self.number_0 = self.number_start.sum()
         self.elastic_energy_0 = elastic_energy(self.body, self.x_start)
 
     def _initial_density(self):
@@ -127,7 +129,7 @@ class Spreading:
 
     def start(self):
         """The `State` at t = 0."""
-        x, number = self.x_start, self._number
+        x, number = self.x_start, self.number_start
         area, volume = self.measure(x)
         return State(
             time=0.0, steps=0, x=x, number=number, area=area, volume=volume, pressure=0.0, x_before=x,
@@ -183,7 +185,7 @@ class Spreading:
             dissipation=state.dissipation + dissipated,
             iterations=solution.iterations,
             residual=solution.residual,
-            step_error=self.distance(ahead, solution.x) if started else 0.0,
+            step_error=self._step_error(state, ahead, number, solution.x, dt) if started else 0.0,
             clipped_edges=clipped,
         )
 
@@ -255,13 +257,38 @@ class Spreading:
         drag = self.case.drag / rate.step * (x - rate.past(state.x, state.x_before))
         return worked, np.sum(self.body.reference_area[:, None] * drag * (x - state.x))
 
+    def _step_error(self, state, ahead, number, x, dt):
+        """Relative difference of what was seen ahead from what came: it falls with dt^2, as the error of order 2 does.
+
+        The largest of three: of the receptors in reach of the ligands; of the shape, against the way it has come
+        since t = 0; of the numbers on the nodes, against how they have changed since then.
+        """
+        number_ahead = state.number + (state.number - state.number_before) * (dt / state.dt_before)
+        seen, came = (adhesion.bound_receptors(self.adhesion, *at) for at in ((number_ahead, ahead), (number, x)))
+        moved, changed = self.distance(x, self.x_start), np.linalg.norm(number - self.number_start)
+        return max(
+            abs(seen / came - 1.0) if came > 0.0 else 0.0,
+            SHAPE_SHARE * self.distance(ahead, x) / moved if moved > 0.0 else 0.0,
+            NUMBER_SHARE * np.linalg.norm(number_ahead - number) / changed if changed > 0.0 else 0.0,
+        )
+
     def distance(self, x, y):
         """Root mean square distance [a0] of two configurations, over the reference area."""
         weight = self.body.reference_area / self.body.reference_area.sum()
         return np.sqrt(np.sum(weight[:, None] * (x - y) ** 2))
 
-    def rates(self, state):
-        """Speed of the membrane (rms) [a0] and net flux of receptors (rms, of their number) per a0^2/D."""
-        moved = self.distance(state.x_before, state.x) / state.dt_before
-        change = np.sqrt(np.sum((state.number - state.number_before) ** 2) / np.sum(state.number**2))
-        return moved, change / state.dt_before
+    def progress_rates(self, state):
+        """How fast the shape and the numbers of receptors move away from the start: d ln(distance) / d ln(time), both.
+
+        1 for a steady motion from rest, 1/2 for a diffusive one, 0 at rest; none counts where nothing has moved.
+        """
+        ways = (
+            (self.distance(state.x_before, state.x), self.distance(state.x, self.x_start), 1.0),
+            (
+                np.linalg.norm(state.number - state.number_before),
+                np.linalg.norm(state.number - self.number_start),
+                self.number_0,
+            ),
+        )
+        per_step = state.time / state.dt_before
+        return tuple(moved * per_step / way if way > ROUND_OFF * size else 0.0 for moved, way, size in ways)

@@ -1,25 +1,27 @@
 """The march over time: coupling steps of equal or adapted length, events, and when the scene is steady.
 
-The adaptive step compares each new shape with the one seen ahead along the last motion: their root mean
-square distance e falls with dt^2, like the error of the second-order scheme, and is kept at
+The adaptive step compares each new state with the one seen ahead along the last motion: their relative difference e
+(`vesdyn.spreading.State.step_error`) falls with dt^2, like the error of the second-order scheme, and is kept at
 
-    e <= STEP_ERROR x accuracy x a0,     dt_next = dt (0.8 limit / e)^(1/2), within [0.3, 1.5] dt,
+    e <= STEP_ERROR x accuracy,     dt_next = dt (0.8 limit / e)^(1/2), within [0.3, 1.5] dt,
 
-a step that exceeds the limit twice over is taken again, shorter. STEP_ERROR was calibrated on the paper's
-cases (README, "Accuracy"). The first steps, which have no past to compare with, are short.
+a step that exceeds the limit twice over is taken again, shorter. The first steps, which have no past to compare with,
+are short against the two times of the scene: that in which adhesion works against drag, drag d_c / T_max, and that in
+which receptors diffuse over the cutoff, d_c^2 / D. No length or time is absolute, so that scenes which differ in
+their units alone take the same steps.
 """
 import math
 
 from vesdyn.balance import NoBalanceError
 from vesdyn.spreading import STARTING_STEPS
 
-STEP_ERROR = 0.003  # distance [a0] allowed per unit of accuracy
-FIRST_STEP = 2e-3  # of a0^2/D, per unit of accuracy
-LONGEST_STEP = 0.05
-STEADY = 0.02  # per unit of accuracy: relative change over one a0^2/D that counts as none
+STEP_ERROR = 0.05  # relative difference allowed per unit of accuracy
+FIRST_STEP = 0.2  # of the shorter time of the scene, per unit of accuracy
+LONGEST_STEP = 0.2  # of the time that has passed
+STEADY = 0.1  # per unit of accuracy: d ln(distance from the start) / d ln(time) that counts as rest
 _GROWTH, _CUT = 1.5, 0.3
 _AIM, _TOO_FAR = 0.8, 2.0  # of the limit: what the next step aims at, and what makes one be taken again
-_SHORTEST = 1e-9
+_SHORTEST = 1e-5  # of the first step
 _ROUNDING = 1e-9  # of a step: what counts as none
 
 
@@ -77,7 +79,8 @@ def _fixed_step(sim, state, mark, pause):
 def _adaptive_step(sim, state, mark, pause):
     accuracy = sim.case.accuracy
     limit = STEP_ERROR * accuracy
-    wanted = state.dt_wanted if state.steps else FIRST_STEP * accuracy
+    first = FIRST_STEP * accuracy * pace(sim.case)
+    wanted = state.dt_wanted if state.steps else first
     is_estimated = state.steps >= STARTING_STEPS
     while True:
         until = _level(state.time, mark, math.ceil((mark - state.time) / wanted * (1.0 - _ROUNDING)))
@@ -85,17 +88,18 @@ def _adaptive_step(sim, state, mark, pause):
         try:
             new = sim.advance(state, until, pause)
         except NoBalanceError:
-            if dt <= _SHORTEST:
+            if dt <= _SHORTEST * first:
                 raise
             wanted = _CUT * dt
             continue
         if is_estimated and new.step_error > 0.0:
             factor = min(_GROWTH, max(_CUT, math.sqrt(_AIM * limit / new.step_error)))
-            if new.step_error > _TOO_FAR * limit and dt > _SHORTEST:
+            if new.step_error > _TOO_FAR * limit and dt > _SHORTEST * first:
                 wanted = factor * dt
                 continue
             # a step cut short by a mark says little: do not let it shrink the next one
-            wanted = min(LONGEST_STEP, max(factor * dt, wanted if factor >= 1.0 else 0.0))
+            wanted = max(factor * dt, wanted if factor >= 1.0 else 0.0)
+            wanted = min(wanted, max(LONGEST_STEP * until, first))
         return new._replace(dt_wanted=wanted)
 
 
@@ -104,7 +108,15 @@ def _level(time, mark, steps):
     return mark if steps <= 1 else time + (mark - time) / steps
 
 
+def pace(case):
+    """Time [a0^2/D] in which the scene of ``case`` first moves: that of its drag or that of its receptors."""
+    adhesion = case.adhesion
+    times = [adhesion.cutoff**2]
+    if adhesion.traction > 0.0 and case.drag > 0.0:
+        times.append(case.drag * adhesion.cutoff / adhesion.traction)
+    return min(times)
+
+
 def is_steady(sim, state):
-    """True where neither the membrane nor the receptors move any more, by the accuracy wish."""
-    moved, changed = sim.rates(state)
-    return state.steps > 0 and max(moved, changed) < STEADY * sim.case.accuracy
+    """True where neither the membrane nor the receptors move away from the start any more, by the accuracy wish."""
+    return state.steps > 0 and max(sim.progress_rates(state)) < STEADY * sim.case.accuracy
