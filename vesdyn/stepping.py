@@ -5,15 +5,15 @@ square distance e falls with dt^2, like the error of the second-order scheme, an
 
     e <= STEP_ERROR x accuracy x a0,     dt_next = dt (0.8 limit / e)^(1/2), within [0.3, 1.5] dt,
 
-a step that exceeds the limit twice over is taken again, shorter. STEP_ERROR was calibrated on the paper's
-cases (README, "Accuracy"). The first steps, which have no past to compare with, are short.
+a step that exceeds the limit twice over is taken again, shorter. STEP_ERROR (`vesdyn.budget`) was calibrated
+on the paper's cases. The first steps, which have no past to compare with, are short.
 """
 import math
 
 from vesdyn.balance import NoBalanceError
+from vesdyn.budget import STEP_ERROR
 from vesdyn.spreading import STARTING_STEPS
 
-STEP_ERROR = 0.003  # distance [a0] allowed per unit of accuracy
 FIRST_STEP = 2e-3  # of a0^2/D, per unit of accuracy
 LONGEST_STEP = 0.05
 STEADY = 0.02  # per unit of accuracy: relative change over one a0^2/D that counts as none
