@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 LADDER = [
-    {"_jit", "errors"},
+    {"_jit", "budget", "errors"},
     {"plain_yaml"},
     {"refusals"},
     {"neo_hookean", "koiter", "substrate", "receptors", "body", "meshing", "case"},
@@ -14,6 +14,7 @@ LADDER = [
     {"adhesion", "front", "curvature"},
     {"surface", "meridian", "balance"},
     {"kinds", "relaxation"},
+    {"newton"},
     {"spreading"},
     {"stepping", "diagnostics", "modes"},
     {"planning"},

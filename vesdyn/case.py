@@ -31,11 +31,11 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from vesdyn import plain_yaml
+from vesdyn.budget import TOLERANCE_PER_ACCURACY
 from vesdyn.errors import CaseError
 from vesdyn.refusals import joined, number, printable, printable_path, refusals, suggestion
 
 Auto = Literal["auto"]
-TOLERANCE_PER_ACCURACY = 0.04  # a tolerance costs 2.5 times itself in binding area (README, "Accuracy")
 SAME_TIME = 1e-9  # relative: times no further apart are one
 _LEAST = 1e-15  # what is neither 0 nor as large as this is a slip, and its products underflow
 _NODES_A_WAVE = 4, 10  # of a perturbation about the axis: that the mesh must have, and should have

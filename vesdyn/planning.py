@@ -2,18 +2,18 @@
 
 Model no more than a scene needs: a scene that keeps its axis is run as a meridian; mesh, step and tolerance
 follow from one wish, the relative error of the binding area after the first hundredth of a0^2/D. The wish is
-shared out (SHARES). A coarse meridian, the scout, is run first (about 50 nodes, a fraction of a second):
+shared out (`vesdyn.budget`). A coarse meridian, the scout, is run first (about 50 nodes, a fraction of a second):
 it tells the radius the mesh has to resolve and whether the free membrane comes into compression. A second scout
 without bending tells what bending does; `model: auto` leaves it out only where that is little and nothing wrinkles.
 
-Error models, measured on the paper's cases against finest solutions (README, "Accuracy"): the mesh costs
-what the kind of body says (`vesdyn.body.MeshError`), the tolerance TOLERANCE_ERROR times itself.
+What each knob costs stands in `vesdyn.budget`, what a mesh costs with the kind of body (`vesdyn.body.MeshError`).
 """
 from typing import NamedTuple
 
 import numpy as np
 
 from vesdyn.balance import NoBalanceError
+from vesdyn.budget import FIXED_STEP_ERROR, SHARES, TOLERANCE_ERROR
 from vesdyn.diagnostics import Moment
 from vesdyn.kinds import KINDS
 from vesdyn.koiter import bending_stiffness
@@ -21,11 +21,8 @@ from vesdyn.meshing import measured_edges, read_mesh, reduced_volume, spheroid_a
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import is_steady, march
 
-SHARES = {"mesh": 0.4, "step": 0.5}  # the rest is the tolerance's, `vesdyn.case.TOLERANCE_PER_ACCURACY`
 SCOUT_ACCURACY = 0.02
 BENDING_SHARE = 0.5  # of the wish: an effect of bending above it is computed
-TOLERANCE_ERROR = 2.5
-FIXED_STEP_ERROR = {1: 25.0, 2: 9.0}  # of a fixed step, per step: relative error once t > 10 steps
 COMPRESSION = 0.01  # of K: free membrane below minus this tension would wrinkle
 
 

@@ -13,9 +13,9 @@ their units alone take the same steps.
 import math
 
 from vesdyn.balance import NoBalanceError
+from vesdyn.budget import STEP_ERROR
 from vesdyn.spreading import STARTING_STEPS
 
-STEP_ERROR = 0.05  # relative difference allowed per unit of accuracy
 FIRST_STEP = 0.2  # of the shorter time of the scene, per unit of accuracy
 LONGEST_STEP = 0.2  # of the time that has passed
 STEADY = 0.1  # per unit of accuracy: d ln(distance from the start) / d ln(time) that counts as rest
