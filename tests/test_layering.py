@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 LADDER = [
-    {"_jit", "errors"},
+    {"errors", "provenance", "interrupts"},
+    {"_jit", "files"},
     {"plain_yaml"},
     {"refusals"},
     {"neo_hookean", "koiter", "substrate", "receptors", "body", "meshing", "case"},
@@ -18,7 +19,7 @@ LADDER = [
     {"stepping", "diagnostics", "modes"},
     {"planning"},
     {"storage"},
-    {"pictures"},
+    {"pictures", "results"},
     {"run"},
     {"batch"},
     {"study"},
