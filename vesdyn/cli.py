@@ -229,8 +229,8 @@ def _info(arguments):
     if not directory.path.is_dir():
         load_case(directory.case_file)  # says that there is none
     case = directory.stored_case()
-    status, history, origin = directory.status(), directory.history(), directory.origin() or {}
-    faults = directory.faults()
+    status, faults, origin = directory.status(), directory.faults(), directory.origin() or {}
+    history = {} if faults else directory.history()
     state = status.get("state") or ("unknown" if history else "not begun")
     if state == "running" and not directory.busy():
         state = "killed"
@@ -242,9 +242,11 @@ def _info(arguments):
         print(f"  t = {history['time'][-1]:g} of {case.time.end:g} after {len(history['time'])} steps")
         print(f"  wall time {status.get('wall_time', 0.0):.1f} s up to the last checkpoint")
         for column in ("binding_area", "pressure", "density_min", "density_max", "residual"):
-            print(f"  {column:<24} {history[column][-1]:.6g}")
+            if column in history:
+                print(f"  {column:<24} {history[column][-1]:.6g}")
         for column in ("volume_error", "receptor_number_error"):
-            print(f"  {column:<24} {max(abs(history[column])):.1e} at most")
+            if column in history:
+                print(f"  {column:<24} {max(abs(history[column])):.1e} at most")
     print(f"  frames at t = {', '.join(f'{t:g}' for t in directory.frame_times()) or 'none yet'}")
     parts = ("vesdyn", "commit", "python", "numba", "numpy", "scipy")
     print(f"  computed by {', '.join(f'{part} {origin[part]}' for part in parts if part in origin)}")

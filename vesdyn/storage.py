@@ -407,13 +407,17 @@ class RunDirectory:
         return Marks(**status["marks"]) if status.get("state") == "finished" else None
 
     def mend(self):
-        """Write anew what of a finished run follows from the rest, if it is damaged; return what that was.
+        """Write anew what of a finished run, which is verified, follows from the rest; return what was not right.
 
-        These are the series frames.xdmf and frames.h5. A damaged picture is removed, to be drawn again.
+        These are the series frames.xdmf and frames.h5. What stands after the last row or frame is dropped; a damaged
+        picture is removed, to be drawn again.
         """
-        mended = []
-        if self._written is None:
-            self._written = self._read_frames(None)
+        mended, marks = [], self.finished_marks()
+        if self.history_file.stat().st_size != marks.history_size:
+            content = self._read(self.history_file)[: marks.history_size]
+            files.replace_file(self.path, self.history_file.name, content)
+            mended.append(self.history_file.name)
+        self._remove_frames(marks.frames)
         for file, content in self._series().items():
             if not file.is_file() or file.read_bytes() != content:
                 files.replace_file(self.path, file.name, content)
