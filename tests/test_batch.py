@@ -23,6 +23,7 @@ from vesdyn.case import Case
 from vesdyn.case_file import load_case
 from vesdyn.errors import CaseError
 from vesdyn.cli import main
+from vesdyn.provenance import identity
 from vesdyn.run import run_case
 from vesdyn.storage import RunDirectory
 
@@ -82,7 +83,8 @@ def wait_until(condition, process=None):
 
 
 def finished(out):
-    return {path.parent for path in out.glob("*/summary.png")}
+    paths = {path.parent for path in out.glob("*/summary.png")}
+    return {path for path in paths if RunDirectory(path).status().get("state") == "finished"}
 
 
 def begun(out, rows=20):
@@ -149,8 +151,9 @@ def test_no_processes_are_refused(eight, capsys, jobs):
 @pytest.fixture
 def carry_out(tmp_path):
     """Carry out a case in tmp_path/runs; return its outcome and the sentences it warned of."""
-    path, stop_file = tmp_path / "runs", tmp_path / "stop"
-    return lambda case=TINY, restart=False: batch._carry_out(case, path, restart, stop_file)
+    path, sign = tmp_path / "runs", batch._Sign(tmp_path / "sign")
+    sign.stop("")
+    return lambda case=TINY, restart=False: batch._carry_out(case, path, restart, sign, identity())
 
 
 def test_a_done_case_is_left_as_it_is(carry_out, tmp_path):
@@ -180,7 +183,7 @@ def test_run_of_another_case_is_left_alone(carry_out, tmp_path):
     carry_out()
     before = times_of_change([tmp_path / "runs"])
     outcome, _ = carry_out(TINY.model_copy(update={"drag": 0.08}))
-    assert outcome.state == "failed" and "drag 0.07 there, 0.08 here" in outcome.reason
+    assert outcome.state == "failed" and "drag: 0.07 there, 0.08 here" in outcome.reason
     assert times_of_change([tmp_path / "runs"]) == before
 
 
@@ -191,7 +194,7 @@ def test_run_of_another_version_is_computed_anew(carry_out, tmp_path, monkeypatc
     monkeypatch.setattr(vesdyn, "__version__", "9.9")
     outcome, (doubt,) = carry_out()
     assert outcome.state == "finished" and "already" not in outcome.reason
-    assert "holds a run by vesdyn" in doubt and "9.9 computes it anew" in doubt
+    assert "holds a run by vesdyn" in doubt and "vesdyn 9.9" in doubt and "computes it anew" in doubt
     assert RunDirectory(tmp_path / "runs").origin()["vesdyn"] == "9.9"
     assert "finished already" in carry_out()[0].reason
 
@@ -215,7 +218,7 @@ def belong_to_another_mesh(directory):
     [
         (lambda directory: directory.checkpoint_file.write_bytes(b"damaged"), "is damaged and left aside"),
         (damage_checkpoints, "no checkpoint in it is whole"),
-        (shorten_history, "before the checkpoint"),
+        (shorten_history, "history.csv is damaged"),
         (belong_to_another_mesh, "another mesh"),
     ],
 )
@@ -231,7 +234,7 @@ def test_harmed_run_goes_on_or_starts_anew_and_says_so(carry_out, tmp_path, harm
 
 
 def test_a_stopped_batch_begins_nothing(carry_out, tmp_path):
-    (tmp_path / "stop").write_text("SIGINT")
+    batch._Sign(tmp_path / "sign").stop("SIGINT")
     outcome, _ = carry_out()
     assert (outcome.state, outcome.reason) == ("interrupted", "not begun, stopped by SIGINT.")
     assert not (tmp_path / "runs").exists()
@@ -311,6 +314,9 @@ def test_case_whose_process_dies_again_and_again_is_given_up(tmp_path, monkeypat
     class Worker:
         renewed = 0
 
+        def kill(self):
+            pass
+
         def submit(self, function, case, *arguments):
             if case.name == "deadly" and self.renewed % 2:
                 raise BrokenProcessPool  # as one that died idle
@@ -326,7 +332,9 @@ def test_case_whose_process_dies_again_and_again_is_given_up(tmp_path, monkeypat
 
     @contextmanager
     def local(jobs):
-        yield [Worker() for _ in range(jobs)]
+        workers = batch._Local(0)
+        workers.workers = [Worker() for _ in range(jobs)]
+        yield workers
 
     monkeypatch.setattr(batch, "_local", local)
     cases = [TINY.model_copy(update={"name": "deadly"}), TINY]

@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
-from vesdyn import _jit
+from vesdyn import _jit, provenance
 
 PACKAGE = Path(_jit.__file__).parent
 
 
 def names(package=PACKAGE):
-    return {file.stem for file in _jit.compiled_modules(package)}
+    return {file.stem for file in provenance.compiled_modules(package)}
 
 
 def test_every_kernel_and_what_it_imports_counts_and_pictures_do_not():

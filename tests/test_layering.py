@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 LADDER = [
-    {"_jit", "budget", "errors"},
+    {"budget", "errors", "provenance", "interrupts"},
+    {"_jit", "files"},
     {"plain_yaml"},
     {"refusals"},
     {"neo_hookean", "koiter", "substrate", "receptors", "body", "meshing", "case"},
@@ -19,7 +20,7 @@ LADDER = [
     {"stepping", "diagnostics", "modes"},
     {"planning"},
     {"storage"},
-    {"pictures"},
+    {"pictures", "results"},
     {"run"},
     {"batch"},
     {"study"},

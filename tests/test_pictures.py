@@ -1,6 +1,5 @@
 """The picture of a run: the geometry it is drawn from, and that it shows what is there."""
 
-import h5py
 import matplotlib.image
 import numpy as np
 import pytest
@@ -49,13 +48,10 @@ def write_history(directory, n_steps, **columns):
 
 def write_frames(directory, x, connectivity, times):
     """Store ``x``, flattened from frame to frame, with a density that rises towards the substrate."""
-    with h5py.File(directory.frames_file, "w") as file:
-        file["connectivity"] = connectivity
-        for i, time in enumerate(times):
-            frame = file.create_group(f"frame_{i:04d}")
-            frame.attrs["time"] = time
-            frame["position"] = x * np.append(np.ones(x.shape[1] - 1), 1.0 - 2.0 * time)
-            frame["density"] = np.exp(1.0 - 2.0 * x[:, -1])
+    for time in times:
+        position = x * np.append(np.ones(x.shape[1] - 1), 1.0 - 2.0 * time)
+        density = np.exp(1.0 - 2.0 * x[:, -1])
+        directory.write_frame(time, connectivity, {"position": position, "density": density}, {})
 
 
 @pytest.fixture(params=["surface", "meridian"])
@@ -137,7 +133,7 @@ def test_summary_shows_the_vesicles(tmp_path, body):
     picture = matplotlib.image.imread(directory.summary_file)
     assert picture.shape == (1200, 1800, 4)
     assert 0.3 < colored_share(picture) < 0.7
-    assert {file.name for file in directory.path.iterdir()} == {"case.yaml", "history.csv", "frames.h5", "summary.png"}
+    assert {file.name for file in directory.path.iterdir()} == {"case.yaml", "history.csv", "frames", "summary.png"}
 
 
 def test_same_run_gives_the_same_picture(tmp_path, body):
@@ -188,7 +184,7 @@ def test_run_without_a_frame_is_refused(tmp_path, empty):
     directory = write_case(tmp_path / "a")
     write_history(directory, 2)
     if empty:
-        h5py.File(directory.frames_file, "w").close()
-    with pytest.raises(ValueError, match=r"frames\.h5: holds no frame; start the run anew with --restart\."):
+        directory.frames_folder.mkdir()
+    with pytest.raises(ValueError, match=r"frames: holds no frame; start the run anew with --restart\."):
         summary(directory.path)
     assert not directory.summary_file.exists()

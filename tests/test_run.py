@@ -5,14 +5,13 @@ import signal
 import subprocess
 import sys
 import time
-import types
 from pathlib import Path
-from typing import NamedTuple
 
 import h5py
 import numpy as np
 import pytest
 import yaml
+from stand_in import Physics, assert_same, interrupt_at, put_in_place
 
 from vesdyn import run
 from vesdyn.balance import NoBalanceError
@@ -23,52 +22,7 @@ from vesdyn.storage import RunDirectory, RunDirectoryError
 QUICK = Path(__file__).parents[1] / "configs" / "quick.yaml"
 
 
-# Runs of a physics that is a chaotic map: one wrong bit anywhere shows in every later row
-
-
-class Chaos(NamedTuple):
-    """Stands in for State."""
-
-    time: float
-    steps: int
-    x: np.ndarray
-
-
-class Physics:
-    """Stands in for Spreading; calls ``before_step(steps)`` ahead of each step."""
-
-    def __init__(self, case):
-        self.case = case
-
-    before_step = staticmethod(lambda steps: None)
-
-    def start(self):
-        return Chaos(0.0, 0, np.array([0.1, 0.2, 0.3]))
-
-    def advance(self, state, until, pause):
-        self.before_step(state.steps)
-        x = 3.9 * state.x * (1 - state.x) + (until - state.time) * 1e-3
-        return Chaos(until, state.steps + 1, x)
-
-    def stored(self, state):
-        return state._asdict()
-
-    def restored(self, stored):
-        return Chaos(**stored)
-
-
-class Measured:
-    """Stands in for Moment."""
-
-    def __init__(self, sim, state, columns=()):
-        self.time, self.state, self.x = state.time, state, state.x
-
-    def row(self):
-        names = ("binding_area", "volume_error", "receptor_number_error", "residual")
-        return {"time": self.time} | dict.fromkeys(names, float(self.x[0])) | {"iterations": self.state.steps}
-
-    def frame(self):
-        return np.array([[0, 1, 2]]), {"position": np.eye(3), "density": self.x}, {"tension_1": self.x[:1]}
+# Runs of a chaotic map
 
 
 CASE = Case(
@@ -84,42 +38,13 @@ LEVELS = [*np.linspace(0.0, 0.0045, 6)[1:], *np.linspace(0.0045, 0.01, 7)[1:], *
 @pytest.fixture
 def physics(monkeypatch):
     """Put Physics in the place of the real one; return it, to set its ``before_step``."""
-    monkeypatch.setattr(run, "Spreading", Physics)
-    monkeypatch.setattr(run, "Moment", Measured)
-    monkeypatch.setattr(Physics, "before_step", staticmethod(lambda steps: None))
-    pictures = types.ModuleType("vesdyn.pictures")
-    pictures.summary = lambda path: (Path(path) / "summary.png").write_bytes(b"")
-    monkeypatch.setitem(sys.modules, "vesdyn.pictures", pictures)
-    return Physics
+    return put_in_place(monkeypatch)
 
 
 @pytest.fixture
 def uninterrupted(physics, tmp_path):
     assert run_case(CASE, tmp_path / "reference").state == "finished"
     return tmp_path / "reference"
-
-
-def interrupt_at(step, signals=(signal.SIGINT,)):
-    """Signals that arrive one by one before the step goes on; those of ``os.kill`` may do so later, or merge."""
-
-    def before_step(steps):
-        if steps == step:
-            for number in signals:
-                signal.raise_signal(number)
-
-    return staticmethod(before_step)
-
-
-def frames_of(path):
-    with h5py.File(path / "frames.h5") as file:
-        frames = {name: file[name] for name in file if name != "connectivity"}
-        return {name: (frame.attrs["time"], frame["density"][()].tolist()) for name, frame in frames.items()}
-
-
-def assert_same(path, reference):
-    assert (path / "history.csv").read_bytes() == (reference / "history.csv").read_bytes()
-    assert frames_of(path) == frames_of(reference)
-    assert (path / "frames.xdmf").read_bytes() == (reference / "frames.xdmf").read_bytes()
 
 
 def test_a_run_leaves_history_frames_checkpoint_and_picture(uninterrupted):
@@ -249,7 +174,7 @@ def test_damaged_checkpoint_costs_a_few_steps_only(physics, tmp_path, uninterrup
 
 
 def test_another_case_in_the_directory_is_refused(physics, uninterrupted):
-    with pytest.raises(RunDirectoryError, match="drag 0.07 there, 0.08 here"):
+    with pytest.raises(RunDirectoryError, match="drag: 0.07 there, 0.08 here"):
         run_case(CASE.model_copy(update={"drag": 0.08}), uninterrupted)
 
 

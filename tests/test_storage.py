@@ -64,7 +64,7 @@ def test_directory_is_free_afterwards_even_if_the_run_failed(tmp_path):
 def test_directory_of_another_case_is_refused_with_the_difference(tmp_path):
     with RunDirectory(tmp_path / "a").claim(CASE):
         pass
-    with pytest.raises(RunDirectoryError, match=r"drag 0.07 there, 0.08 here.*--restart.*--out"):
+    with pytest.raises(RunDirectoryError, match=r"drag: 0.07 there, 0.08 here.*--restart.*--out"):
         with RunDirectory(tmp_path / "a").claim(Case(name="a", drag=0.08)):
             pass
 
@@ -150,44 +150,46 @@ def test_half_a_row_is_passed_over_and_dropped(directory):
     for time in (0.1, 0.2):
         directory.append_history({"time": time, "area": 1.0})
     whole = directory.history_file.read_bytes()
+    directory.write_checkpoint({"time": 0.2})
     directory.history_file.write_bytes(whole + b"0.3")
     assert directory.history()["time"].tolist() == [0.1, 0.2]
-    write_frame(directory, 0.0)
-    directory.rewind(0.2)
+    RunDirectory(directory.path).restore(CASE)
     assert directory.history_file.read_bytes() == whole
 
 
-# Rewinding
+# Going on
 
 
-def test_rewinding_drops_what_is_later(directory):
+def test_going_on_drops_what_is_later_than_the_checkpoint(directory):
     for time in (0.0, 0.1, 0.2, 0.3):
         write_frame(directory, time)
-    for time in (0.1, 0.2, 0.3):
         directory.append_history({"time": time})
-    directory.rewind(0.2)
-    assert directory.history()["time"].tolist() == [0.1, 0.2]
-    assert directory.frame_times() == [0.0, 0.1, 0.2]
-    assert len(ElementTree.parse(directory.xdmf_file).findall(".//Time")) == 3
+        if time == 0.2:
+            directory.write_checkpoint({"time": time})
+    again = RunDirectory(directory.path)
+    assert again.restore(CASE) == {"time": 0.2}
+    assert again.history()["time"].tolist() == [0.0, 0.1, 0.2]
+    assert again.frame_times() == [0.0, 0.1, 0.2]
+    assert len(ElementTree.parse(again.xdmf_file).findall(".//Time")) == 3
+    write_frame(again, 0.4)
+    again.append_history({"time": 0.4})
+    assert again.frame_times() == [0.0, 0.1, 0.2, 0.4] and again.last_row() == {"time": 0.4}
 
 
-def test_rewinding_to_the_start_without_history(directory):
+def test_without_a_checkpoint_all_begins_anew(directory):
     write_frame(directory, 0.0)
-    directory.rewind(0.0)
-    assert directory.frame_times() == [0.0] and directory.history() == {}
-
-
-def test_rewinding_beyond_the_history_is_refused(directory):
     directory.append_history({"time": 0.1})
-    with pytest.raises(RunDirectoryError, match="ends at t = 0.1"):
-        directory.rewind(0.2)
+    again = RunDirectory(directory.path)
+    assert again.restore(CASE) is None
+    assert again.frame_times() == [] and again.history() == {}
 
 
 # Frames
 
 
-def test_frames_are_stored_bit_for_bit_with_the_connectivity_once(directory):
+def test_frames_are_stored_bit_for_bit(directory):
     written = {time: write_frame(directory, time) for time in (0.0, 0.008)}
+    directory.write_series()
     assert directory.frame_times() == [0.0, 0.008]
     with h5py.File(directory.frames_file) as file:
         assert np.array_equal(file["connectivity"], TETRAHEDRON)
@@ -195,6 +197,10 @@ def test_frames_are_stored_bit_for_bit_with_the_connectivity_once(directory):
             assert file[name].attrs["time"] == time
             for array, values in nodes.items():
                 assert np.array_equal(file[name][array], values)
+    for frame, (time, nodes) in zip(directory.frames(), written.items(), strict=True):
+        assert frame.time == time and np.array_equal(frame.connectivity, TETRAHEDRON)
+        assert frame.nodes.keys() == nodes.keys() and frame.cells.keys() == {"tension_1"}
+        assert all(np.array_equal(frame.nodes[name], nodes[name]) for name in nodes)
 
 
 def test_frame_of_another_mesh_is_refused_and_leaves_the_file_as_it_was(directory):
@@ -207,13 +213,14 @@ def test_frame_of_another_mesh_is_refused_and_leaves_the_file_as_it_was(director
 def test_xdmf_refers_to_arrays_that_exist_with_their_shapes(directory):
     for time in (0.0, 0.008):
         write_frame(directory, time)
+    directory.write_series()
     root = ElementTree.parse(directory.xdmf_file).getroot()
     assert [float(t.attrib["Value"]) for t in root.iter("Time")] == [0.0, 0.008]
     centers = {a.attrib["Name"]: a.attrib["Center"] for a in root.iter("Attribute")}
     assert centers == {"density": "Node", "gap": "Node", "tension_1": "Cell"}
     for item in root.iter("DataItem"):
         file, path = item.text.split(":")
-        assert file == "frames.h5"
+        assert file in ("frames/0000.h5", "frames/0001.h5")
         with h5py.File(directory.path / file) as frames:
             assert " ".join(map(str, frames[path].shape)) == item.attrib["Dimensions"]
 
@@ -264,7 +271,7 @@ def test_damaged_checkpoint_gives_way_to_the_one_before(directory, damage):
     with pytest.warns(UserWarning, match="damaged"):
         assert directory.read_checkpoint()["steps"] == 6
     damage(directory.checkpoint_previous)
-    with pytest.warns(UserWarning), pytest.raises(RunDirectoryError, match="--restart"):
+    with pytest.warns(UserWarning, match="damaged"), pytest.raises(RunDirectoryError, match="--restart"):
         directory.read_checkpoint()
 
 

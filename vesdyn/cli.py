@@ -4,35 +4,59 @@ Exit status 0: done; 1: the run failed; 2: the case or the command cannot be use
 """
 
 import argparse
+import contextlib
+import os
 import sys
 import warnings
 from collections import Counter
 from pathlib import Path
+
+from vesdyn import interrupts
 
 # Imports of the parts are inside the commands, so that each command waits for what it uses only.
 
 
 def main(argv=None):
     """Carry out the command line ``argv`` (by default that of the process); return the exit status."""
-    arguments = _parser().parse_args(argv)
-    from vesdyn.errors import CaseError
-    from vesdyn.storage import RunDirectoryError
+    if argv is None:
+        interrupts.open_standard_streams()
+        interrupts.watch()
+    try:
+        status = _obey(_parser().parse_args(argv))
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:  # whoever read our words has ended
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:
+        return _refuse(f"standard output: {error.strerror}.", 1)
+    return status
+
+
+def _obey(arguments):
+    """Carry out a command; return its exit status."""
+    from vesdyn.errors import CaseError, RunError
 
     try:
         with warnings.catch_warnings():
-            warnings.showwarning = lambda message, *_: print(f"vesdyn: warning: {message}", file=sys.stderr)
+            warnings.showwarning = lambda message, *_: _refuse(f"warning: {message}", None)
             return arguments.command(arguments)
-    except (CaseError, RunDirectoryError) as error:
+    except CaseError as error:
         return _refuse(error, 2)
+    except RunError as error:
+        return _refuse(error, getattr(error, "exit_status", 1))
+    except BrokenPipeError:
+        raise
     except OSError as error:
         return _refuse(error, 1)
-    except KeyboardInterrupt:
-        return 130
 
 
 def _refuse(error, exit_status):
-    for sentence in str(error).splitlines():
-        print(f"vesdyn: {sentence}", file=sys.stderr)
+    """Print the sentences of ``error`` to stderr, as far as anybody reads it; return ``exit_status``."""
+    with contextlib.suppress(OSError):
+        for sentence in str(error).splitlines():
+            print(f"vesdyn: {sentence}", file=sys.stderr)
     return exit_status
 
 
@@ -61,13 +85,17 @@ def _parser():
     batch.add_argument("configs", metavar="CONFIG", nargs="+", type=Path, help="a case file, also with a sweep")
     batch.add_argument("--jobs", type=_count, metavar="N", help="processes on this machine (default: one a core)")
     batch.add_argument("--out", type=Path, default=Path("runs"), metavar="DIR", help="runs go to DIR/<name>")
-    batch.add_argument("--scheduler", metavar="ADDRESS", help="use the workers of this Dask scheduler")
+    batch.add_argument("--scheduler", metavar="ADDRESS", help="use the workers of this Dask scheduler, in a network that is trusted")
     batch.add_argument("--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="replace a key")
     batch.add_argument("--restart", action="store_true", help="compute finished runs anew, too")
     batch.add_argument("--quiet", **quiet)
     explain = add("explain", _explain, "say what a case will compute and leave out", "CASE", case_file)
     explain.add_argument("--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="replace a key of the case")
     resume = add("resume", _resume, "go on with an interrupted run", "DIR", "the directory of the run")
+    resume.add_argument("--until", metavar="TIME", help="go on to this later end: short for --set time.end=TIME")
+    resume.add_argument(
+        "--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="change a key that changes nothing computed so far"
+    )
     resume.add_argument("--quiet", **quiet)
     add("info", _info, "say how a run stands", "DIR", "the directory of the run")
     add("template", _template, "print a commented case file with every key", None, None)
@@ -91,12 +119,13 @@ class _Version(argparse.Action):
 def _run(arguments):
     from vesdyn.case_file import load_case
     from vesdyn.planning import needs_planning, plan
+    from vesdyn.storage import RunDirectory
 
     if arguments.quiet:
         warnings.simplefilter("ignore")
     case, decisions = load_case(arguments.case, arguments.set), ()
     directory = arguments.out or Path("runs", case.name)
-    _check_directory(directory)
+    RunDirectory(directory).check_usable()
     if needs_planning(case):
         case, decisions = plan(case)
         if not arguments.quiet:
@@ -104,29 +133,15 @@ def _run(arguments):
     return _compute(case, directory, arguments.quiet, arguments.restart, decisions)
 
 
-def _check_directory(directory):
-    """Raise CaseError where no directory can be made at this path, because a file is in its way."""
-    from vesdyn.errors import CaseError
-
-    for part in (directory, *directory.parents):
-        if part.exists():
-            if not part.is_dir():
-                raise CaseError(f"--out {directory}: {part} is a file; give a directory.")
-            return
-
-
 def _batch(arguments):
-    from vesdyn.batch import BatchError, read_cases, run_batch
+    from vesdyn.batch import check_directory, read_cases, run_batch
 
     if arguments.quiet:
         warnings.simplefilter("ignore")
-    _check_directory(arguments.out)
+    check_directory(arguments.out)
     cases = read_cases(arguments.configs, arguments.set)
     options = (arguments.jobs, arguments.scheduler, arguments.restart, not arguments.quiet)
-    try:
-        results = run_batch(cases, arguments.out, *options)
-    except BatchError as error:
-        return _refuse(error, 2)
+    results = run_batch(cases, arguments.out, *options)
     counts = Counter(outcome.state for _, outcome in results)
     if not arguments.quiet:
         print(f"{arguments.out}: {', '.join(f'{number} {state}' for state, number in counts.items())}.")
@@ -153,7 +168,16 @@ def _explain(arguments):
 def _resume(arguments):
     from vesdyn.case_file import load_case
 
-    return _compute(load_case(arguments.dir / "case.yaml"), arguments.dir, arguments.quiet)
+    from vesdyn.storage import RunDirectory
+
+    directory = RunDirectory(arguments.dir)
+    if not directory.path.is_dir():
+        load_case(directory.case_file)  # says that there is none
+    changes = arguments.set + ([f"time.end={arguments.until}"] if arguments.until else [])
+    case = directory.stored_case()
+    if changes:
+        case = load_case(directory.case_file, changes)
+    return _compute(case, arguments.dir, arguments.quiet)
 
 
 def _compute(case, directory, quiet, restart=False, decisions=()):
@@ -162,6 +186,14 @@ def _compute(case, directory, quiet, restart=False, decisions=()):
     if quiet:
         warnings.simplefilter("ignore")
     outcome = run_case(case, directory, progress=not quiet, restart=restart, decisions=decisions)
+    with contextlib.suppress(BrokenPipeError):
+        _tell(outcome, directory, quiet)
+        sys.stdout.flush()
+    return outcome.exit_status
+
+
+def _tell(outcome, directory, quiet):
+    """Print how the run ended."""
     if outcome.state == "failed":
         print(f"vesdyn: {directory}: {outcome.reason}", file=sys.stderr)
     elif not quiet:
@@ -175,7 +207,6 @@ def _compute(case, directory, quiet, restart=False, decisions=()):
             print(f"  note: {outcome.note}.")
     if outcome.state == "interrupted" and not quiet:
         print(f"Go on with it by: vesdyn resume {directory}")
-    return outcome.exit_status
 
 
 def _figures(outcome):
@@ -195,28 +226,35 @@ def _info(arguments):
     from vesdyn.storage import RunDirectory
 
     directory = RunDirectory(arguments.dir)
-    case = load_case(directory.case_file)
-    status, history, origin = directory.status(), directory.history(), directory.origin() or {}
-    state = status.get("state", "not begun")
+    if not directory.path.is_dir():
+        load_case(directory.case_file)  # says that there is none
+    case = directory.stored_case()
+    status, faults, origin = directory.status(), directory.faults(), directory.origin() or {}
+    history = {} if faults else directory.history()
+    state = status.get("state") or ("unknown" if history else "not begun")
     if state == "running" and not directory.busy():
         state = "killed"
     advice = {"finished": "", "running": ""}.get(state, f"  (vesdyn resume {arguments.dir})")
-    print(f"{case.name}: {state}{advice}")
+    print(f"{case.name}: {'damaged' if faults else state + advice}")
     if status.get("reason"):
         print(f"  {status['reason']}")
     if history:
         print(f"  t = {history['time'][-1]:g} of {case.time.end:g} after {len(history['time'])} steps")
-        print(f"  wall time {status['wall_time']:.1f} s up to the last checkpoint")
+        print(f"  wall time {status.get('wall_time', 0.0):.1f} s up to the last checkpoint")
         for column in ("binding_area", "pressure", "density_min", "density_max", "residual"):
-            print(f"  {column:<24} {history[column][-1]:.6g}")
+            if column in history:
+                print(f"  {column:<24} {history[column][-1]:.6g}")
         for column in ("volume_error", "receptor_number_error"):
-            print(f"  {column:<24} {max(abs(history[column])):.1e} at most")
+            if column in history:
+                print(f"  {column:<24} {max(abs(history[column])):.1e} at most")
     print(f"  frames at t = {', '.join(f'{t:g}' for t in directory.frame_times()) or 'none yet'}")
     parts = ("vesdyn", "commit", "python", "numba", "numpy", "scipy")
     print(f"  computed by {', '.join(f'{part} {origin[part]}' for part in parts if part in origin)}")
     for sentence in origin.get("warnings", ()):
         print(f"  warning: {sentence}")
-    return 0
+    for fault in faults:
+        _refuse(fault, 1)
+    return 1 if faults else 0
 
 
 def _template(arguments):

@@ -5,9 +5,9 @@ the others are painted from the farthest to the nearest, with colours interpolat
 substrate, z = 0, hides nothing of a vesicle on it from a viewer above, so it is painted first.
 """
 
+import io
 from typing import NamedTuple
 
-import h5py
 import matplotlib
 import matplotlib.style
 import numpy as np
@@ -20,10 +20,11 @@ from matplotlib.tri import Triangulation
 
 from vesdyn.body import area_below, as_triangles, set_shares_below
 from vesdyn.case_file import load_case
+from vesdyn.diagnostics import BINDING_GAP
+from vesdyn.files import replace_file
 from vesdyn.front import front_points
 from vesdyn.kinds import topology_of
 from vesdyn.neo_hookean import strain_energy
-from vesdyn.diagnostics import BINDING_GAP
 from vesdyn.storage import RunDirectory
 
 SNAPSHOTS = 4  # as many as in Fig. 2 of the paper
@@ -78,7 +79,7 @@ def summary(directory):
     if not history:
         raise ValueError(f"{directory.history_file}: holds no step yet; draw the run after its first step.")
     if not directory.frame_times():
-        raise ValueError(f"{directory.frames_file}: holds no frame; start the run anew with --restart.")
+        raise ValueError(f"{directory.frames_folder}: holds no frame; start the run anew with --restart.")
     elastic_energy_0, shapes = _read_frames(directory, case.membrane)
 
     with matplotlib.style.context(["default", _STYLE]):
@@ -90,9 +91,9 @@ def summary(directory):
         _draw_binding_area(lower.add_subplot(place[0]), history, case.output.frames)
         _draw_relaxation(lower, place[1], history, case.solver.tolerance)
         _draw_errors(lower.add_subplot(place[2]), history, elastic_energy_0)
-        part = directory.summary_file.with_suffix(".png.part")
-        figure.savefig(part, format="png")
-    part.replace(directory.summary_file)
+        picture = io.BytesIO()
+        figure.savefig(picture, format="png")
+    replace_file(directory.path, directory.summary_file.name, picture.getvalue())
     return directory.summary_file
 
 
@@ -101,17 +102,15 @@ def summary(directory):
 
 def _read_frames(directory, membrane):
     """Return the elastic energy [kT] at t = 0 and the shapes to draw: the first after t = 0, or that at t = 0."""
-    with h5py.File(directory.frames_file, "r") as file:
-        topology = topology_of(file["connectivity"][()])
-        frames = sorted((file[name] for name in file if name != "connectivity"), key=lambda f: f.attrs["time"])
+    start, *later = directory.frames()[: SNAPSHOTS + 1]
+    topology = topology_of(start.connectivity)
 
-        def shape(frame):
-            vertices, faces, node = as_triangles(topology, frame["position"][()])
-            return Shape(float(frame.attrs["time"]), vertices, faces, frame["density"][()][node])
+    def shape(frame):
+        vertices, faces, node = as_triangles(topology, frame.position)
+        return Shape(frame.time, vertices, faces, frame.density[node])
 
-        start, *later = frames
-        elastic_energy_0 = _start_energy(membrane, start["position"][()], topology)
-        return elastic_energy_0, [shape(frame) for frame in later[:SNAPSHOTS] or [start]]
+    elastic_energy_0 = _start_energy(membrane, start.position, topology)
+    return elastic_energy_0, [shape(frame) for frame in later or [start]]
 
 
 def _start_energy(membrane, x, topology):

@@ -4,18 +4,18 @@ The times of the steps follow from the case alone, so an interrupted run and an 
 same bits.
 """
 
-import signal
 import sys
-import threading
 import time
 import warnings
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from vesdyn.balance import NoBalanceError
-from vesdyn.diagnostics import Moment
+from vesdyn.diagnostics import COLUMNS, Moment
+from vesdyn.files import WriteError
+from vesdyn.interrupts import interrupts, on_terminal
 from vesdyn.planning import compression_note, needs_planning, plan
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import is_over, march
@@ -79,23 +79,28 @@ def run_case(
     if stderr is a terminal. ``restart`` removes an earlier run first. ``decisions`` are stored with the case.
     ``stop`` is asked every few tenths of a second for a reason to stop.
 
-    Raises CaseError for a case that cannot be used, and vesdyn.storage.RunDirectoryError if the directory cannot take
-    the run. A step for which no balance is found is no exception but an outcome.
+    Raises CaseError for a case that cannot be used, vesdyn.storage.RunDirectoryError if the directory cannot take
+    the run, and vesdyn.files.WriteError if a file cannot be written. A step for which no balance is found is no
+    exception but an outcome.
     """
+    directory = RunDirectory(directory)
+    directory.check_usable()
     if needs_planning(case):
         case, decisions = plan(case)
-    directory = RunDirectory(directory)
     with directory.claim(case, restart, decisions):
         if directory.status().get("state") == "finished":
+            directory.verify(directory.finished_marks())
+            for name in directory.mend():
+                warnings.warn(f"{directory.path}: {name} was damaged or gone and is made anew.", stacklevel=2)
             if not directory.summary_file.exists():
                 _draw(directory)
+                status = directory.status()
+                directory.write_status("finished", status["reason"], status["wall_time"])
             return _outcome(case, directory, "is finished already; `vesdyn run --restart` computes it anew.")
         for sentence in case.warnings():
             warnings.warn(sentence, stacklevel=2)
-        with interrupts() as received:
-            _advance(case, directory, columns, on_step, lambda: received[0] if received else stop(), progress)
-        if directory.status()["state"] == "finished":
-            _draw(directory)
+        with interrupts() as asked:
+            _advance(case, directory, columns, on_step, lambda: asked() or stop(), progress)
         return _outcome(case, directory)
 
 
@@ -112,7 +117,7 @@ def _advance(case, directory, columns, on_step, interruption, progress):
 
     settle("running")
     try:
-        sim, state = _start(case, directory)
+        sim, state = _start(case, directory, columns)
         saved = time.monotonic()
         reason, failure = None, None
         with _progress_bar(state.time, case.time.end, progress) as show:
@@ -122,7 +127,7 @@ def _advance(case, directory, columns, on_step, interruption, progress):
                     row = moment.row()
                     directory.append_history(row)
                     show(row)
-                    if state.time in case.output.frames or (done and state.time < case.time.end):
+                    if state.time in case.output.frames or done:
                         directory.write_frame(state.time, *moment.frame())
                     reason = None if done else interruption() or on_step(moment)
                     if reason:
@@ -141,9 +146,15 @@ def _advance(case, directory, columns, on_step, interruption, progress):
         elif reason:
             settle("interrupted", f"stopped by {reason}.")
         else:
-            settle("finished", f"steady at t = {state.time:.4g}." if state.time < case.time.end else "")
+            rest = _rest(case, directory, Moment(sim, state))
+            _draw(directory)
+            settle("finished", rest)
     except KeyboardInterrupt:
-        settle("interrupted", "stopped at once by a second interrupt.")
+        settle("interrupted", "stopped at once by an interrupt.")
+    except WriteError as error:
+        with suppress(WriteError):  # the disk may still be full
+            settle("failed", str(error))
+        raise
     except Exception as error:
         settle("failed", f"{type(error).__name__}: {error}")
         raise
@@ -153,21 +164,32 @@ class _Interrupted(Exception):
     """The step in hand is given up; the reason."""
 
 
-def _start(case, directory):
+def _start(case, directory, columns):
     """Return the scene and its state as the directory left it: at its checkpoint, or else at t = 0."""
+    described = [(column.name, column.unit, column.meaning) for column in (*COLUMNS, *columns)]
     sim = Spreading(case)
-    checkpoint = directory.read_checkpoint()
+    checkpoint = directory.restore(case)
+    directory.write_columns(described)
     if checkpoint is None:
         state = sim.start()
-        directory.clear_results()
         directory.write_frame(state.time, *Moment(sim, state).frame())
         return sim, state
     try:
-        state = sim.restored(checkpoint)
+        return sim, sim.restored(checkpoint)
     except ValueError as error:
         raise DamagedRunError(f"{directory.path}: {error}; start it anew with --restart.") from None
-    directory.rewind(state.time)
-    return sim, state
+
+
+def _rest(case, directory, moment):
+    """Store the frames that are left, all of the resting state; return a sentence on it, or nothing."""
+    if moment.time == case.time.end:
+        return ""
+    left = [t for t in case.output.frames if t > moment.time]
+    for t in left:
+        directory.write_frame(t, *moment.frame())
+    directory.write_series()
+    shown = f"; the frames at {', '.join(f'{t:g}' for t in left)} show this resting state" if left else ""
+    return f"steady at t = {moment.time:.4g}{shown}."
 
 
 def _outcome(case, directory, reason=None):
@@ -194,40 +216,21 @@ def _outcome(case, directory, reason=None):
 
 
 def _draw(directory):
+    """Draw the picture of a run that came to its end; a failure to do so is warned of."""
     from vesdyn.pictures import summary  # here: matplotlib is slow to import, and only a finished run needs it
 
-    summary(directory.path)
-
-
-@contextmanager
-def interrupts():
-    """Yield a list that receives the name of the first SIGINT or SIGTERM; a second signal acts as ever."""
-    received = []
-    if threading.current_thread() is not threading.main_thread():  # only the main thread may handle signals
-        yield received
-        return
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-
-    def restore():
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-    def receive(number, _):
-        received.append(signal.Signals(number).name)
-        restore()
-
-    for number in before:
-        signal.signal(number, receive)
     try:
-        yield received
-    finally:
-        restore()
+        summary(directory.path)
+    except WriteError:
+        raise
+    except Exception as error:
+        warnings.warn(f"{directory.path}: no picture could be drawn ({type(error).__name__}: {error}).", stacklevel=3)
 
 
 @contextmanager
 def _progress_bar(start, end, wanted):
     """Yield a function that shows a row of the history: t, binding area, residual, time left."""
-    if not (wanted and sys.stderr.isatty()):
+    if not (wanted and on_terminal(sys.stderr)):
         yield lambda row: None
         return
     from rich.console import Console

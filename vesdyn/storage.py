@@ -3,52 +3,114 @@
     case.yaml                 the case as resolved, and under ``provenance`` what computed it
     status.yaml               running, interrupted, finished or failed, and why
     history.csv               a row per coupling step
-    frames.h5, frames.xdmf    the shapes at the asked times; ParaView opens the second
+    columns.csv               unit and meaning of each of its columns
+    frames/0000.h5, ...       a shape each, at t = 0, at the asked times and at the end
+    frames.xdmf, frames.h5    all shapes as one series: for ParaView, and as links for readers of HDF5
     checkpoint.h5             the state to go on from; the one before it in checkpoint_previous.h5
+    summary.png               the picture of a finished run
 
-A run may be killed at any moment: a file is either replaced in one atomic move or, like the history, grows
-by whole rows.
+A run may be killed at any moment, and any write may fail: a file is either replaced in one atomic move or, like the
+history, grows by whole rows (`vesdyn.files`). A frame costs the same, whether it is the first or the thousandth; the
+two series that name them all are written with each checkpoint.
+
+Nothing damaged or foreign is gone on with. A checkpoint holds its case, the hash of the sources that computed it, and
+the checksums of the history and of the frames up to it; so does the status of a finished run. All of them are compared
+before a run goes on, or is said to be finished.
 """
 
 import csv
-import datetime
 import fcntl
 import hashlib
+import io
 import os
-import platform
-import shutil
-import subprocess
+import re
+import socket
+import tempfile
+import threading
+import time
+import uuid
 import warnings
-import xml.etree.ElementTree as ElementTree
-from contextlib import contextmanager
-from importlib.metadata import version
+from collections.abc import Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import NamedTuple
+from xml.sax.saxutils import quoteattr
 
 import h5py
 import numpy as np
 import yaml
 
-import vesdyn
+from vesdyn import files
+from vesdyn.case import continuation_conflicts
 from vesdyn.case_file import load_case
-from vesdyn.errors import CaseError
+from vesdyn.errors import CaseError, RunError
+from vesdyn.files import Damage
+from vesdyn.provenance import provenance, sources_hash
 
-
+STATES = ("running", "interrupted", "finished", "failed")
+UNITS = "length a0, time a0^2/D, energy kT, density c_r0"
 _LONGEST_ROW = 4096  # bytes
+_LOCK_IS_STALE = 120.0  # a lock file that its owner has not touched for so long [s]
+_LOCK_IS_TOUCHED = 10.0  # how often its owner does [s]
+SAME_TIME = 1e-9  # relative: times closer than this are one
 
 
-class RunDirectoryError(ValueError):
+class RunDirectoryError(RunError):
     """A directory that cannot take or continue the run; one sentence that says what to do."""
+
+    exit_status = 2  # of the command line: the command cannot be carried out as given
+
+
+class BusyError(RunDirectoryError):
+    """A directory in which another process is running."""
 
 
 class DamagedRunError(RunDirectoryError):
-    """A run of the right case that cannot be gone on with, because what it left is not whole or not ours."""
+    """A run that cannot be gone on with, because what it left is not whole or not its own."""
+
+
+class Marks(NamedTuple):
+    """How far history and frames are known to be right: bytes, frames, and the checksum of each."""
+
+    history_size: int
+    history_checksum: str
+    frames: int
+    frames_checksum: str
+
+
+class Checkpoint(NamedTuple):
+    """A state to go on from, and what it belongs to."""
+
+    state: dict  # names to arrays, floats and ints
+    case_text: str  # case.yaml as it was
+    sources: str  # hash of what computed it
+    marks: Marks
+
+
+class Frame(NamedTuple):
+    """A stored shape."""
+
+    time: float  # [a0^2/D]
+    connectivity: np.ndarray  # (n_elements, 3) triangles, or (n_elements, 2) segments of a meridian
+    nodes: dict  # names to arrays (n_nodes,), ``position`` (n_nodes, 3 or 2) [a0]
+    cells: dict  # names to arrays (n_elements,)
+
+    @property
+    def position(self):
+        """Positions (n_nodes, 3) [a0], or (n_nodes, 2) of a meridian: distance from the axis and height."""
+        return self.nodes["position"]
+
+    @property
+    def density(self):
+        """Receptor density (n_nodes,) [c_r0]."""
+        return self.nodes["density"]
 
 
 class RunDirectory:
     """The directory of one run.
 
-    Times [a0^2/D]; arrays are stored as given, in the units of the package. Methods that read return what
-    is there; nothing is created before ``claim``.
+    Times [a0^2/D]; arrays are stored as given, in the units of the package. Methods that read return what is there
+    and change nothing; those that write are for the process that holds the directory (`claim`).
     """
 
     def __init__(self, path):
@@ -56,196 +118,431 @@ class RunDirectory:
         self.case_file = self.path / "case.yaml"
         self.status_file = self.path / "status.yaml"
         self.history_file = self.path / "history.csv"
+        self.columns_file = self.path / "columns.csv"
+        self.frames_folder = self.path / "frames"
         self.frames_file = self.path / "frames.h5"
         self.xdmf_file = self.path / "frames.xdmf"
         self.checkpoint_file = self.path / "checkpoint.h5"
         self.checkpoint_previous = self.path / "checkpoint_previous.h5"
         self.summary_file = self.path / "summary.png"
+        self._lock_file = self.path / ".lock"
+        self._history = self._header = None  # the open file, its running checksum and its size; its first line
+        self._written = None  # a `_Written` for each frame
+        self._indexed = None  # how many of them the series name
 
     # Whose it is
+
+    def check_usable(self):
+        """Raise RunDirectoryError if no run can be stored here, whatever its case: it is a file, or not ours."""
+        above = next(path for path in (self.path, *self.path.absolute().parents) if path.exists())
+        if not above.is_dir():
+            raise RunDirectoryError(f"{self.path}: {above} is a file, not a directory; choose another --out.")
+        if not os.access(above, os.W_OK | os.X_OK):
+            raise RunDirectoryError(f"{self.path}: nothing may be written in {above}; allow it or choose another --out.")
+        if above == self.path and not self.holds_run() and any(self._foreign()):
+            raise RunDirectoryError(f"{self.path}: has files but no run in it; choose another --out.")
+
+    def holds_run(self):
+        """True where a run was begun here, be it damaged."""
+        if self.origin() is not None:
+            return True
+        left = [file for file in self._own_files() if file.exists()]
+        return len(left) > 1 and bool({self.status_file, self.checkpoint_file, self.checkpoint_previous} & set(left))
+
+    def _foreign(self):
+        """Files that no run writes by itself."""
+        return (
+            file for file in self.path.iterdir() if not file.name.endswith(files.PART) and file != self._lock_file
+        )
 
     @contextmanager
     def claim(self, case, restart=False, decisions=()):
         """Hold the directory for a run of ``case`` while the context lasts; create it if need be.
 
-        ``decisions`` (`vesdyn.planning`) are stored beside it. With ``restart`` an earlier run in it is removed first, whatever its case.
+        ``decisions`` (`vesdyn.planning`) are stored beside it. With ``restart`` an earlier run in it is removed first,
+        whatever its case. A run may go on under a case that changes nothing that was computed
+        (`vesdyn.case.continuation_conflicts`); the change is noted in case.yaml.
 
-        Raises RunDirectoryError if another process holds it, if it has files that are no run's, or if it
-        holds a run of another case.
+        Raises RunDirectoryError if another process holds it (`BusyError`), if it has files that are no run's, or if
+        it holds a run of another case.
         """
-        self.path.mkdir(parents=True, exist_ok=True)
+        self.check_usable()
+        files.make_directory(self.path)
         with self._lock() as held:
             if not held:
-                raise RunDirectoryError(
+                raise BusyError(
                     f"{self.path}: another process is running in it; wait for that one or choose another --out."
                 )
-            origin = self.origin()
-            if origin is None and any(self.path.iterdir()):
-                raise RunDirectoryError(f"{self.path}: has files but no run in it; choose another --out.")
-            if origin is None or restart:
-                self.status_file.unlink(missing_ok=True)
-                self.clear_results()
-                self._write_case(case, provenance() | {"warnings": case.warnings(), "decisions": list(decisions)})
-            else:
-                self.check_same(case)
-                if self.status().get("state") != "finished":
-                    self._note_versions(case, origin)
-            yield self
+            self.check_usable()
+            try:
+                if restart or not self.holds_run():
+                    self.clear_results()
+                    self._write_case(case, provenance() | {"warnings": case.warnings(), "decisions": list(decisions)})
+                else:
+                    self._go_on(case)
+                yield self
+            finally:
+                self._close_history()
 
     def origin(self):
-        """Return the provenance stored with the case, or None if the directory holds no run."""
-        if not self.case_file.exists():
+        """Return the provenance stored with the case, or None if there is none that can be read."""
+        try:
+            stored = yaml.safe_load(self.case_file.read_text(encoding="utf-8"))
+        except (OSError, ValueError, yaml.YAMLError, RecursionError):
             return None
-        stored = yaml.safe_load(self.case_file.read_text())
-        return stored.get("provenance") if isinstance(stored, dict) else None
+        origin = stored.get("provenance") if isinstance(stored, dict) else None
+        return origin if isinstance(origin, dict) else None
 
     def busy(self):
         """Return whether a process is running in the directory."""
-        with self._lock() as held:
-            return not held
+        try:
+            with self._lock() as held:
+                return not held
+        except files.WriteError:  # nobody can run where nothing can be written
+            return False
 
     @contextmanager
     def _lock(self):
         """Lock the directory itself, yielding whether that worked; a killed process leaves no lock behind."""
-        handle = os.open(self.path, os.O_RDONLY)
+        try:
+            handle = os.open(self.path, os.O_RDONLY)
+        except OSError as error:
+            raise files.write_error(self.path, ".", error) from None
         try:
             try:
                 fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                held = True
             except BlockingIOError:
-                held = False
-            except OSError:  # some network file systems cannot lock a directory
-                held = True
-            yield held
+                yield False
+                return
+            except OSError:  # a file system without such locks
+                with _lock_by_file(self._lock_file) as held:
+                    yield held
+                return
+            yield True
         finally:
-            os.close(handle)
+            with suppress(OSError):
+                os.close(handle)
 
-    def check_same(self, case):
-        """Raise RunDirectoryError unless the stored run is one of ``case``."""
-        try:
-            stored = load_case(self.case_file)
-        except CaseError:
-            raise RunDirectoryError(
+    def stored_case(self):
+        """Return the case of the run, from case.yaml or, where that is damaged, from a checkpoint.
+
+        Warns in the second case. Raises DamagedRunError if neither can be read.
+        """
+        if self.origin() is not None:
+            with suppress(CaseError):
+                return load_case(self.case_file)
+        for checkpoint in self._checkpoints():
+            with suppress(Damage):
+                case = _case_of(checkpoint.case_text)
+                warnings.warn(
+                    f"{self.case_file}: is damaged or gone; the case is taken from the checkpoint.", stacklevel=2
+                )
+                return case
+        if self.origin() is not None:
+            raise DamagedRunError(
                 f"{self.path}: holds a run whose case this version cannot read; start it anew with --restart"
                 " or choose another --out."
-            ) from None
-        if stored != case:
-            there, here = _flat(stored.resolved()), _flat(case.resolved())
-            differences = ", ".join(f"{k} {there[k]} there, {here[k]} here" for k in here if there[k] != here[k])
+            )
+        if not self.holds_run():
+            raise RunDirectoryError(f"{self.path}: holds no run; `vesdyn run CASE --out {self.path}` begins one.")
+        raise self._damaged(self.case_file, "is damaged or gone, and no checkpoint tells the case;")
+
+    def check_same(self, case):
+        """Raise RunDirectoryError unless the stored run is one of ``case``, or can go on under it."""
+        stored = self.stored_case()
+        if not _differences(stored, case):
+            return
+        reached = max((c.state.get("time", 0.0) for c in self._checkpoints()), default=0.0)
+        if conflicts := continuation_conflicts(stored, case, reached):
             raise RunDirectoryError(
-                f"{self.path}: holds a run of a different case ({differences}); replace it with --restart"
+                f"{self.path}: holds a run of a different case ({', '.join(conflicts)}); replace it with --restart"
                 " or choose another --out."
             )
 
-    def _note_versions(self, case, origin):
-        """Warn and note in case.yaml if the run goes on with other versions than it had so far."""
+    def _go_on(self, case):
+        """Take up the run that is there: note what is other than it was, restore a damaged case.yaml."""
+        self.check_same(case)
+        origin, stored = self.origin(), self.stored_case()
+        if origin is None:
+            texts = [checkpoint.case_text for checkpoint in self._checkpoints()]
+            origin = yaml.safe_load(texts[0])["provenance"]
+            self._write_case(stored, origin)
+        finished = self.status().get("state") == "finished"
+        changes = [f"{key}: {old} -> {new}" for key, old, new in _differences(stored, case)]
+        if finished and not _asks_for_more(stored, case):
+            self._tell_other_sources(origin)
+            return
         now = provenance()
         so_far = {**origin, **(origin.get("resumed_with") or [{}])[-1]}
-        changed = [key for key, value in now.items() if key != "date" and value != so_far.get(key)]
-        if changed:
+        others = [key for key, value in now.items() if key != "date" and value != so_far.get(key)]
+        if others:
             warnings.warn(
-                f"{self.path}: goes on with another {', '.join(changed)}, so the result may differ in its last bits"
+                f"{self.path}: goes on with another {', '.join(others)}, so the result may differ in its last bits"
                 " from that of an uninterrupted run.",
                 stacklevel=4,
             )
-            origin.setdefault("resumed_with", []).append(now)
+        if changes:
+            warnings.warn(f"{self.path}: goes on with a changed case ({', '.join(changes)}).", stacklevel=4)
+        if others or changes:
+            origin.setdefault("resumed_with", []).append(now | ({"changes": changes} if changes else {}))
             self._write_case(case, origin)
+        if finished:
+            self.write_status("running", wall_time=self.status()["wall_time"])
+
+    def _tell_other_sources(self, origin):
+        last = {**origin, **(origin.get("resumed_with") or [{}])[-1]}
+        if last.get("sources") != sources_hash():
+            warnings.warn(
+                f"{self.path}: was computed by other sources (vesdyn {last.get('vesdyn')}, commit"
+                f" {last.get('commit')}); --restart computes it by these.",
+                stacklevel=4,
+            )
 
     def _write_case(self, case, origin):
-        with _replacing(self.case_file) as part:
-            part.write_text(case.to_yaml() + yaml.safe_dump({"provenance": origin}, sort_keys=False, width=110))
+        text = case.to_yaml() + yaml.safe_dump({"provenance": origin}, sort_keys=False, width=110)
+        files.replace_file(self.path, self.case_file.name, text.encode())
 
-    def clear_results(self):
-        """Remove what an earlier run computed; case and status stay."""
-        for file in (
-            self.history_file,
-            self.frames_file,
-            self.xdmf_file,
+    def _case_text(self):
+        try:
+            return _without_provenance(self.case_file.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+
+    def _own_files(self):
+        """The files that a run may leave, frames excepted; those that speak for others come first."""
+        return [
+            self.status_file,
             self.checkpoint_file,
             self.checkpoint_previous,
+            self.history_file,
+            self.columns_file,
+            self.frames_file,
+            self.xdmf_file,
             self.summary_file,
-        ):
-            file.unlink(missing_ok=True)
+            self.case_file,
+        ]
 
-    def rewind(self, time):
-        """Drop the rows of the history and the frames that are later than ``time``.
+    def clear_results(self):
+        """Remove what an earlier run computed; the case stays."""
+        self._close_history()
+        self._written, self._indexed = [], 0
+        for file in self._own_files()[:-1]:
+            files.remove_file(self.path, file.name)
+        self._remove_frames(0)
+        with suppress(OSError):  # it holds something else
+            self.frames_folder.rmdir()
+        for part in self.path.glob(f"*{files.PART}"):
+            if part.name.removesuffix(files.PART) in {file.name for file in self._own_files()}:
+                files.remove_file(self.path, part.name)
 
-        Raises DamagedRunError if the history ends before ``time``.
-        """
-        lines = self.history_file.read_text().splitlines(keepends=True) if self.history_file.exists() else []
-        lines = [line for line in lines if line.endswith("\n")]  # a killed run may leave half a row
-        header, rows = lines[:1], lines[1:]
-        rows = [row for row in rows if float(row.split(",", 1)[0]) <= time]
-        reached = float(rows[-1].split(",", 1)[0]) if rows else 0.0
-        if reached != time:
-            raise DamagedRunError(
-                f"{self.history_file}: ends at t = {reached:g}, before the checkpoint at t = {time:g};"
-                " start anew with --restart."
-            )
-        with _replacing(self.history_file) as part:
-            part.write_text("".join(header + rows))
-        if any(t > time for t in self.frame_times()):
-            with _replacing(self.frames_file) as part:
-                shutil.copyfile(self.frames_file, part)
-                with h5py.File(part, "r+") as file:
-                    for name in [name for name in _frames(file) if file[name].attrs["time"] > time]:
-                        del file[name]
-        self._write_xdmf()
+    def _remove_frames(self, first):
+        """Remove the frames from the ``first`` on (a number), and what was left of one that was being written."""
+        for file in self.frames_folder.glob("*") if self.frames_folder.is_dir() else ():
+            number = re.fullmatch(rf"(\d{{4,}})\.h5({re.escape(files.PART)})?", file.name)
+            if number and (int(number[1]) >= first or number[2]):
+                files.remove_file(self.path, f"frames/{file.name}")
 
     # Status
 
     def status(self):
-        """Return the stored status: ``state``, ``reason``, ``wall_time`` [s]; empty before the first run."""
-        return yaml.safe_load(self.status_file.read_text()) if self.status_file.exists() else {}
+        """Return the stored status; empty before the first run and where it is damaged.
+
+        It has ``state``, ``reason``, ``wall_time`` [s] and, once finished, the `Marks` and the picture's checksum.
+        """
+        try:
+            text = self.status_file.read_text(encoding="utf-8")
+            body, _, last = text.rpartition("checksum: ")
+            status = yaml.safe_load(body)
+        except (OSError, ValueError, yaml.YAMLError):
+            return {}
+        whole = files.checksum(body.encode()) + "\n" == last
+        return status if whole and isinstance(status, dict) and status.get("state") in STATES else {}
 
     def write_status(self, state, reason="", wall_time=0.0):
-        """Store ``state`` (running, interrupted, finished or failed), the reason and the wall time [s] spent."""
-        with _replacing(self.status_file) as part:
-            part.write_text(
-                yaml.safe_dump({"state": state, "reason": reason, "wall_time": float(wall_time)}, sort_keys=False)
-            )
+        """Store ``state`` (one of `STATES`), the reason and the wall time [s] spent."""
+        status = {"state": state, "reason": reason, "wall_time": float(wall_time)}
+        if state == "finished":
+            status["marks"] = self._marks()._asdict()
+            if self.summary_file.exists():
+                status["summary"] = files.checksum(self.summary_file.read_bytes())
+        text = yaml.safe_dump(status, sort_keys=False, width=110)
+        files.replace_file(
+            self.path, self.status_file.name, f"{text}checksum: {files.checksum(text.encode())}\n".encode()
+        )
+
+    # Is it whole?
+
+    def verify(self, marks):
+        """Raise DamagedRunError unless history and frames are as they were when ``marks`` were taken."""
+        self.verify_history(marks)
+        self._written = self._read_frames(marks.frames)
+        if _frames_checksum(self._written) != marks.frames_checksum:
+            raise DamagedRunError(f"{self.path}: a frame in frames is another run's; {self._anew()}.")
+
+    def verify_history(self, marks=None):
+        """Raise DamagedRunError unless the history is as it was at ``marks``, by default the latest there are."""
+        marks = marks or self.finished_marks() or next((c.marks for c in self._checkpoints()), None)
+        if marks is not None:
+            content = self._read(self.history_file) if marks.history_size else b""
+            if files.checksum(content[: marks.history_size]) != marks.history_checksum:
+                raise self._damaged(self.history_file)
+
+    def faults(self):
+        """Return a sentence for each thing that keeps the run from going on, or a finished one from being right."""
+        marks, found = self.finished_marks(), []
+        try:
+            if marks is None and self._checkpoint_files():
+                marks = next((checkpoint.marks for checkpoint in self._checkpoints()), None)
+                if marks is None:
+                    raise DamagedRunError(f"{self.path}: no checkpoint in it is whole; {self._anew()}.")
+            if marks is not None:
+                self.verify(marks)
+        except DamagedRunError as damage:
+            found.append(str(damage))
+        return found
+
+    def finished_marks(self):
+        """Return the `Marks` of a finished run, or None."""
+        status = self.status()
+        return Marks(**status["marks"]) if status.get("state") == "finished" else None
+
+    def mend(self):
+        """Write anew what of a finished run, which is verified, follows from the rest; return what was not right.
+
+        These are the series frames.xdmf and frames.h5. What stands after the last row or frame is dropped; a damaged
+        picture is removed, to be drawn again.
+        """
+        mended, marks = [], self.finished_marks()
+        if self.history_file.stat().st_size != marks.history_size:
+            content = self._read(self.history_file)[: marks.history_size]
+            files.replace_file(self.path, self.history_file.name, content)
+            mended.append(self.history_file.name)
+        self._remove_frames(marks.frames)
+        for file, content in self._series().items():
+            if not file.is_file() or file.read_bytes() != content:
+                files.replace_file(self.path, file.name, content)
+                mended.append(file.name)
+        picture = self.status().get("summary")
+        if self.summary_file.exists() and picture != files.checksum(self._read(self.summary_file)):
+            files.remove_file(self.path, self.summary_file.name)
+            mended.append(self.summary_file.name)
+        return mended
+
+    def _read(self, file):
+        """The bytes of ``file``; raise DamagedRunError where it cannot be read."""
+        try:
+            return file.read_bytes()
+        except FileNotFoundError:
+            raise self._damaged(file, "is gone") from None
+        except OSError as error:
+            raise self._damaged(file, f"cannot be read ({error.strerror}); allow it, or") from None
+
+    def _damaged(self, file, fault="is damaged;"):
+        fault = fault if fault.endswith((";", "or")) else f"{fault};"
+        return DamagedRunError(f"{self.path}: {file.relative_to(self.path)} {fault} {self._anew()}.")
+
+    def _anew(self):
+        """The remedy where a run cannot go on."""
+        case = "CASE" if self.origin() is None else self.case_file
+        return f"start anew by `vesdyn run {case} --out {self.path} --restart`"
+
+    def _marks(self):
+        """How far history and frames are right, from what this process has written."""
+        self._open_history()
+        _, digest, size = self._history
+        if self._written is None:
+            self._written = self._read_frames(None)
+        return Marks(size, digest.hexdigest(), len(self._written), _frames_checksum(self._written))
 
     # History
 
-    def append_history(self, row):
-        """Append ``row``, a dict of column name to number that begins with ``time``, and flush it.
+    def _open_history(self, header=None):
+        """Open the history for more rows, and begin it with ``header`` where it is empty."""
+        if self._history is None:
+            self._header = None
+            try:
+                handle = os.open(self.history_file, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o666)
+                content = self.history_file.read_bytes()
+                self._history = handle, hashlib.sha256(content), len(content)
+                files.sync_directory(self.path)
+            except OSError as error:
+                raise files.write_error(self.path, self.history_file.name, error) from None
+            if content:
+                self._header = content[: content.index(b"\n") + 1] if b"\n" in content else b""
+        if header and self._header is None:
+            self._grow_history(header)
+            self._header = header
+        if header and self._header != header:
+            there, here = (set(line.decode(errors="replace").strip().split(",")) for line in (self._header, header))
+            others = ", ".join(sorted(there ^ here)) or "in another order"
+            raise RunDirectoryError(
+                f"{self.history_file}: has other columns ({others}); go on by the script that began it, or"
+                f" {self._anew()}."
+            )
 
-        Numbers are written so that they read back to the same bits. Raises RunDirectoryError if the file
-        has other columns.
+    def _grow_history(self, content):
+        handle, digest, size = self._history
+        try:
+            files.write_all(handle, content)
+        except OSError as error:
+            raise files.write_error(self.path, self.history_file.name, error) from None
+        digest.update(content)
+        self._history = handle, digest, size + len(content)
+
+    def _close_history(self):
+        if self._history is not None:
+            with suppress(OSError):  # whatever was of account has been synced
+                os.close(self._history[0])
+            self._history = None
+
+    def append_history(self, row):
+        """Append ``row``, a dict of column name to number that begins with ``time``.
+
+        Numbers are written so that they read back to the same bits. Raises RunDirectoryError if the file has other
+        columns, vesdyn.files.WriteError if it cannot be written.
         """
-        header = ",".join(row) + "\n"
-        with open(self.history_file, "a+") as file:
-            if file.tell() == 0:
-                file.write(header)
-            else:
-                file.seek(0)
-                if file.readline() != header:
-                    raise RunDirectoryError(
-                        f"{self.history_file}: has other columns, written by another version;"
-                        " start anew with --restart."
-                    )
-            values = (repr(int(v) if isinstance(v, (int, np.integer)) else float(v)) for v in row.values())
-            file.write(",".join(values) + "\n")
+        self._open_history((",".join(row) + "\n").encode())
+        values = (repr(int(v) if isinstance(v, (int, np.integer)) else float(v)) for v in row.values())
+        self._grow_history((",".join(values) + "\n").encode())
+
+    def write_columns(self, columns):
+        """Store the unit and meaning of each column of the history, (name, unit, meaning) each."""
+        text = io.StringIO()
+        csv.writer(text, lineterminator="\n").writerows([("column", "unit", "meaning"), *columns])
+        files.replace_file(self.path, self.columns_file.name, text.getvalue().encode())
 
     def last_row(self):
         """Return the last whole row of the history, column to number, reading no other; empty if none."""
-        if not self.history_file.exists():
+        try:
+            with open(self.history_file, "rb") as file:
+                columns = file.readline().decode().strip().split(",")
+                file.seek(max(file.tell(), os.path.getsize(self.history_file) - _LONGEST_ROW))
+                whole = file.read().decode(errors="replace").split("\n")[:-1]
+            values = [float(value) for value in whole[-1].split(",")] if whole else []
+        except (OSError, ValueError):
             return {}
-        with open(self.history_file, "rb") as file:
-            columns = file.readline().decode().strip().split(",")
-            file.seek(max(file.tell(), os.path.getsize(self.history_file) - _LONGEST_ROW))
-            whole = file.read().decode().split("\n")[:-1]
-        values = whole[-1].split(",") if whole else []
-        return dict(zip(columns, map(float, values))) if len(values) == len(columns) else {}
+        return dict(zip(columns, values)) if len(values) == len(columns) else {}
 
     def history(self):
-        """Return the history as a dict of column name to array (n_steps,); empty before the first step."""
-        if not self.history_file.exists():
+        """Return the history as a dict of column name to array (n_steps,); empty before the first step.
+
+        It ends before the first row that is not whole: a killed run leaves half a row, a power cut worse.
+        """
+        try:
+            content = self.history_file.read_bytes()
+        except OSError:
             return {}
-        with open(self.history_file, newline="") as file:
-            header, *rows = list(csv.reader(file)) or [[]]
-        rows = [row for row in rows if len(row) == len(header)]  # a killed run may leave half a row
-        return dict(zip(header, np.array(rows, dtype=float).T))
+        header, *lines = content.split(b"\n")[:-1] or [b""]
+        columns, rows = header.decode(errors="replace").split(","), []
+        for line in lines:
+            try:
+                values = [float(value) for value in line.split(b",")]
+            except ValueError:
+                break
+            if len(values) != len(columns):
+                break
+            rows.append(values)
+        return dict(zip(columns, np.array(rows).T)) if rows else {}
 
     # Frames
 
@@ -253,160 +550,231 @@ class RunDirectory:
         """Store the shape at ``time`` as the next frame.
 
         ``connectivity`` (n_elements, 3) is the same for all frames; ``node_arrays`` maps names to arrays
-        (n_nodes,) or, for ``position`` [a0], (n_nodes, 3); ``cell_arrays`` to arrays (n_elements,).
+        (n_nodes,) or, for ``position`` [a0], (n_nodes, 3); ``cell_arrays`` to arrays (n_elements,). For a meridian
+        the second dimensions are 2.
 
         Raises ValueError if the connectivity is not that of the earlier frames.
         """
-        with _replacing(self.frames_file) as part:
-            if self.frames_file.exists():
-                shutil.copyfile(self.frames_file, part)
-            with h5py.File(part, "a") as file:
-                if "connectivity" not in file:
-                    file.attrs["units"] = "length a0, time a0^2/D, energy kT, density c_r0"
-                    file["connectivity"] = np.asarray(connectivity, dtype=np.int64)
-                elif not np.array_equal(file["connectivity"], connectivity):
-                    raise ValueError("the connectivity of a frame differs from that of the frames before it")
-                group = file.create_group(f"frame_{len(_frames(file)):04d}")
-                group.attrs["time"] = time
-                for center, arrays in (("Node", node_arrays), ("Cell", cell_arrays)):
-                    for name, values in arrays.items():
-                        group[name] = np.asarray(values, dtype=np.float64)
-                        group[name].attrs["center"] = center
-        self._write_xdmf()
+        if self._written is None:
+            self._written = self._read_frames(None)
+        connectivity = np.asarray(connectivity, dtype=np.int64)
+        if self._written and files.checksum(connectivity.tobytes()) != self._written[0].mesh:
+            raise ValueError("the connectivity of a frame differs from that of the frames before it")
+        arrays = {"connectivity": connectivity}
+        for center, given in (("Node", node_arrays), ("Cell", cell_arrays)):
+            arrays |= {name: (np.asarray(v, dtype=np.float64), {"center": center}) for name, v in given.items()}
+        attributes = {"time": float(time), "units": UNITS}
+        content = files.image(arrays, attributes, head=f"time {float(time)!r}")
+        files.make_directory(self.path, self.frames_folder.name)
+        number = len(self._written)
+        files.replace_file(self.path, f"frames/{number:04d}.h5", content)
+        self._written.append(_written(number, content))
 
     def frame_times(self):
-        """Return the times of the stored frames, in order."""
-        if not self.frames_file.exists():
-            return []
-        with h5py.File(self.frames_file, "r") as file:
-            return [float(file[name].attrs["time"]) for name in _frames(file)]
+        """Return the times of the stored frames, in order, reading no more than these."""
+        times = []
+        for file in self._frame_files():
+            try:
+                times.append(float(files.read_head(file).removeprefix("time ")))
+            except (OSError, ValueError):
+                break
+        return times
 
-    def _write_xdmf(self):
-        """Describe frames.h5 for ParaView: a series in time of triangles with node and cell values."""
-        from vesdyn.kinds import kind_of  # here: the kernels are slow to import, and only a run needs them
+    def frames(self):
+        """Return the stored `Frame`s, a sequence that reads each when it is asked for."""
+        return _Frames(self, len(self._frame_files()))
 
-        root = ElementTree.Element("Xdmf", Version="3.0")
-        series = ElementTree.SubElement(ElementTree.SubElement(root, "Domain"), "Grid")
-        series.attrib.update(Name="vesicle", GridType="Collection", CollectionType="Temporal")
+    def read_frame(self, number):
+        """Return the `Frame` of that number; raise DamagedRunError if it is not whole."""
+        file = self.frames_folder / f"{number:04d}.h5"
+        content = self._read(file)
+        try:
+            arrays, beside, attributes = files.read_image(content)
+            connectivity = arrays.pop("connectivity")
+        except (Damage, KeyError):
+            raise self._damaged(file) from None
+        nodes = {name: v for name, v in arrays.items() if beside[name]["center"] == "Node"}
+        cells = {name: v for name, v in arrays.items() if beside[name]["center"] == "Cell"}
+        return Frame(attributes["time"], connectivity, nodes, cells)
 
-        def add_data(parent, dataset):
-            item = ElementTree.SubElement(parent, "DataItem", Format="HDF", Precision="8")
-            item.attrib["NumberType"] = "Int" if dataset.dtype.kind == "i" else "Float"
-            item.attrib["Dimensions"] = " ".join(map(str, dataset.shape))
-            item.text = f"{self.frames_file.name}:{dataset.name}"
+    def _frame_files(self):
+        """Files of the frames from the first on, as long as none is missing."""
+        found = []
+        while (file := self.frames_folder / f"{len(found):04d}.h5").exists():
+            found.append(file)
+        return found
 
-        with h5py.File(self.frames_file, "r") as file:
-            connectivity = file["connectivity"]
-            element, coordinates = kind_of(connectivity.shape[1]).XDMF
-            for name in _frames(file):
-                grid = ElementTree.SubElement(series, "Grid", Name=name, GridType="Uniform")
-                ElementTree.SubElement(grid, "Time", Value=repr(float(file[name].attrs["time"])))
-                corners = str(connectivity.shape[1])
-                topology = ElementTree.SubElement(grid, "Topology", TopologyType=element, NodesPerElement=corners)
-                topology.attrib["NumberOfElements"] = str(len(connectivity))
-                add_data(topology, connectivity)
-                add_data(ElementTree.SubElement(grid, "Geometry", GeometryType=coordinates), file[name]["position"])
-                for dataset in file[name].values():
-                    if dataset.ndim == 1:
-                        attribute = ElementTree.SubElement(grid, "Attribute", AttributeType="Scalar")
-                        attribute.attrib.update(Name=dataset.name.split("/")[-1], Center=dataset.attrs["center"])
-                        add_data(attribute, dataset)
-        ElementTree.indent(root)
-        with _replacing(self.xdmf_file) as part:
-            ElementTree.ElementTree(root).write(part, encoding="utf-8", xml_declaration=True)
+    def _read_frames(self, count):
+        """A `_Written` for each of the first ``count`` frames (None: all), each compared with its checksum."""
+        written = []
+        for number in range(len(self._frame_files()) if count is None else count):
+            file = self.frames_folder / f"{number:04d}.h5"
+            try:
+                written.append(_written(number, self._read(file)))
+            except Damage:
+                raise self._damaged(file) from None
+        return written
+
+    def _series(self):
+        """The two files that name all frames, and what is in them."""
+        grids = "".join(frame.grid for frame in self._written)
+        memory = io.BytesIO()
+        with h5py.File(memory, "w") as file:
+            file.attrs["units"] = UNITS
+            for number, frame in enumerate(self._written):
+                file[f"frame_{number:04d}"] = h5py.ExternalLink(f"frames/{number:04d}.h5", "/")
+            if self._written:
+                file["connectivity"] = h5py.ExternalLink("frames/0000.h5", "/connectivity")
+        return {self.xdmf_file: _XDMF.format(grids).encode(), self.frames_file: memory.getvalue()}
+
+    def write_series(self):
+        """Write frames.xdmf, which ParaView opens, and frames.h5, unless they name all frames already."""
+        if self._written is None:
+            self._written = self._read_frames(None)
+        if self._indexed != len(self._written):
+            for file, content in self._series().items():
+                files.replace_file(self.path, file.name, content)
+            self._indexed = len(self._written)
 
     # Checkpoints
 
     def write_checkpoint(self, state):
-        """Store ``state``, a dict of names to arrays, floats and ints, bit for bit; keep the one before it."""
-        if self.history_file.exists():  # the rows must not reach the disk after the checkpoint that implies them
-            with open(self.history_file, "rb+") as file:
-                os.fsync(file.fileno())
-        with _replacing(self.checkpoint_file) as part:
-            with h5py.File(part, "w") as file:
-                for name, value in state.items():
-                    file[name] = value
-                file.attrs["checksum"] = _checksum(state)
-            if self.checkpoint_file.exists():
-                os.replace(self.checkpoint_file, self.checkpoint_previous)
+        """Store ``state``, a dict of names to arrays, floats and ints, bit for bit; keep the one before it.
+
+        What the state implies reaches the disk before it.
+        """
+        marks = self._marks()
+        try:
+            files.sync(self._history[0])
+        except OSError as error:
+            raise files.write_error(self.path, self.history_file.name, error) from None
+        self.write_series()
+        text = self.case_file.read_text(encoding="utf-8") if self.case_file.exists() else ""
+        attributes = {"case": text, "sources": sources_hash(), **marks._asdict()}
+        content = files.image(state, attributes)
+        files.replace_file(self.path, self.checkpoint_file.name, content, kept_as=self.checkpoint_previous.name)
 
     def read_checkpoint(self):
-        """Return the latest checkpoint that is whole, or None if there is none yet.
+        """Return the state of the latest checkpoint that is whole, or None if there is none yet.
 
         Warns if that is not the last one written. Raises DamagedRunError if all are damaged.
         """
-        files = [file for file in (self.checkpoint_file, self.checkpoint_previous) if file.exists()]
-        for file in files:
+        for file in self._checkpoint_files():
             try:
-                return _read_checkpoint(file)
-            except (OSError, KeyError, ValueError, RuntimeError):
+                return _read_checkpoint(file).state
+            except (OSError, Damage):
                 warnings.warn(f"{file}: is damaged and left aside.", stacklevel=2)
-        if files:
-            raise DamagedRunError(f"{self.path}: no checkpoint in it is whole; start anew with --restart.")
+        if self._checkpoint_files():
+            raise DamagedRunError(f"{self.path}: no checkpoint in it is whole; {self._anew()}.")
         return None
 
+    def _checkpoint_files(self):
+        return [file for file in (self.checkpoint_file, self.checkpoint_previous) if file.exists()]
 
-def provenance():
-    """Return what computes here and now: date, versions, and the commit of the source tree if it is one."""
-    return {
-        "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-        "vesdyn": vesdyn.__version__,
-        "commit": _commit(),
-        "python": platform.python_version(),
-        **{package: version(package) for package in ("numba", "numpy", "scipy")},
-        "machine": platform.machine(),
-    }
+    def _checkpoints(self):
+        """Those checkpoints that are whole, the latest first."""
+        for file in self._checkpoint_files():
+            with suppress(OSError, Damage):
+                yield _read_checkpoint(file)
 
+    def restore(self, case):
+        """Return the state from which a run of ``case`` goes on, and remove what is later; None at the very start.
 
-def _commit():
-    """Return the git commit of the package's sources, ``-dirty`` if changed since, or None if not under git."""
-
-    def git(*arguments):
-        command = ["git", "-C", Path(__file__).parent, *arguments]
-        return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
-
-    try:
-        git("ls-files", "--error-unmatch", Path(__file__).name)  # an installed copy inside another project's tree
-        return git("describe", "--always", "--dirty", "--abbrev=40", "--exclude=*")
-    except (OSError, subprocess.SubprocessError):
+        It is that of the latest checkpoint that is whole, of this case, and agrees with history and frames; those
+        left aside are warned of. Raises DamagedRunError if there are checkpoints, but none of that kind.
+        """
+        fault = None
+        for file in self._checkpoint_files():
+            try:
+                checkpoint = _read_checkpoint(file)
+                self._check_case(file, checkpoint, case)
+                self.verify(checkpoint.marks)
+            except (OSError, Damage):
+                fault = fault or DamagedRunError(f"{self.path}: no checkpoint in it is whole; {self._anew()}.")
+                warnings.warn(f"{file}: is damaged and left aside.", stacklevel=2)
+            except DamagedRunError as error:
+                fault = error
+                if file != self._checkpoint_files()[-1]:
+                    warnings.warn(f"{error} The checkpoint before it is tried.", stacklevel=2)
+            else:
+                if checkpoint.sources != sources_hash():
+                    warnings.warn(
+                        f"{file}: was computed by other sources; the result may differ from that of one run by these.",
+                        stacklevel=2,
+                    )
+                self._rewind(checkpoint.marks)
+                return checkpoint.state
+        if fault:
+            raise fault
+        self.clear_results()
         return None
 
+    def _check_case(self, file, checkpoint, case):
+        if self._case_text() == _without_provenance(checkpoint.case_text):
+            return  # `claim` has compared that one
+        stored = _case_of(checkpoint.case_text)
+        if conflicts := continuation_conflicts(stored, case, checkpoint.state.get("time", 0.0)):
+            raise DamagedRunError(
+                f"{file}: is of another case ({', '.join(conflicts)}); put the case back as it was, or {self._anew()}."
+            )
 
-@contextmanager
-def _replacing(file):
-    """Yield a path to write to; what is there in the end takes the place of ``file`` in one atomic move."""
-    part = file.with_name(file.name + ".part")
-    part.unlink(missing_ok=True)
+    def _rewind(self, marks):
+        """Drop what was stored after ``marks`` were taken."""
+        self._close_history()
+        content = self._read(self.history_file) if marks.history_size else b""
+        if len(content) > marks.history_size or not marks.history_size:
+            files.replace_file(self.path, self.history_file.name, content[: marks.history_size])
+        self._remove_frames(marks.frames)
+        self._indexed = None
+        self.write_series()
+
+
+class _Frames(Sequence):
+    """Frames of a directory, each read when it is asked for."""
+
+    def __init__(self, directory, count):
+        self._directory, self._count = directory, count
+
+    def __len__(self):
+        return self._count
+
+    def __getitem__(self, number):
+        if isinstance(number, slice):
+            return [self[i] for i in range(*number.indices(len(self)))]
+        if not -len(self) <= number < len(self):
+            raise IndexError(number)
+        return self._directory.read_frame(number % len(self))
+
+
+# Cases ---------------------------------------------------------------------------------------------------
+
+
+def _case_of(text):
+    """The case in the text of a case.yaml; raise `Damage` if there is none."""
     try:
-        yield part
-        with open(part, "rb+") as handle:
-            os.fsync(handle.fileno())
-        os.replace(part, file)
-    finally:
-        part.unlink(missing_ok=True)
+        with tempfile.TemporaryDirectory(prefix="vesdyn-") as folder, warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            file = Path(folder) / "case.yaml"
+            file.write_text(text, encoding="utf-8")
+            return load_case(file)
+    except CaseError:
+        raise Damage("holds no case") from None
+    except OSError as error:
+        raise files.write_error(Path(tempfile.gettempdir()), "a copy of case.yaml", error) from None
 
 
-def _frames(file):
-    """Return the names of the frames of an open frames.h5, in order."""
-    return sorted((name for name in file if name.startswith("frame_")), key=lambda name: int(name[6:]))
+def _without_provenance(text):
+    return text.partition("\nprovenance:")[0]
 
 
-def _read_checkpoint(path):
-    """Return the state in ``path``; raise one of the errors of h5py, or ValueError if the checksum is wrong."""
-    with h5py.File(path, "r") as file:
-        state = {name: dataset[()] for name, dataset in file.items()}
-        if file.attrs["checksum"] != _checksum(state):
-            raise ValueError("wrong checksum")
-    return {name: value if isinstance(value, np.ndarray) else value.item() for name, value in state.items()}
+def _differences(stored, wanted):
+    there, here = _flat(stored.resolved()), _flat(wanted.resolved())
+    return [(key, there.get(key), here[key]) for key in here if there.get(key) != here[key]]
 
 
-def _checksum(state):
-    digest = hashlib.sha256()
-    for name in sorted(state):
-        value = np.asarray(state[name])
-        digest.update(f"{name} {value.dtype.str} {value.shape};".encode())
-        digest.update(value.tobytes())
-    return digest.hexdigest()
+def _asks_for_more(stored, wanted):
+    """True where a finished run of ``stored`` has not all that ``wanted`` asks for."""
+    return any(key in ("time.end", "output.frames") for key, *_ in _differences(stored, wanted))
 
 
 def _flat(nested, prefix=""):
@@ -415,3 +783,153 @@ def _flat(nested, prefix=""):
     for key, value in nested.items():
         flat |= _flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
     return flat
+
+
+# Files ---------------------------------------------------------------------------------------------------
+
+
+def _read_checkpoint(file):
+    """The `Checkpoint` in ``file``; raise `Damage` unless it is whole."""
+    state, _, attributes = files.read_image(file.read_bytes())
+    try:
+        marks = Marks(*(attributes[name] for name in Marks._fields))
+        return Checkpoint(state, attributes["case"], attributes["sources"], marks)
+    except KeyError:
+        raise Damage("was written by another version") from None
+
+
+class _Written(NamedTuple):
+    """What is kept in mind of a stored frame."""
+
+    checksum: str
+    mesh: str  # checksum of the connectivity
+    grid: str  # its part of frames.xdmf
+
+
+def _frames_checksum(written):
+    return files.checksum("".join(frame.checksum for frame in written).encode())
+
+
+_XDMF = """\
+<?xml version='1.0' encoding='utf-8'?>
+<Xdmf Version="3.0">
+  <Domain>
+    <Grid Name="vesicle" GridType="Collection" CollectionType="Temporal">
+{}    </Grid>
+  </Domain>
+</Xdmf>
+"""
+
+
+def _written(number, content):
+    """The `_Written` of the frame whose file has ``content``; raise `Damage` if that is not whole."""
+    from vesdyn.kinds import kind_of  # here: the kernels are slow to import, and only a run needs them
+
+    arrays, beside, attributes = files.read_image(content)
+    name = f"frames/{number:04d}.h5"
+
+    def item(array):
+        value = arrays[array]
+        kind = "Int" if value.dtype.kind == "i" else "Float"
+        shape = " ".join(map(str, value.shape))
+        return f'<DataItem Format="HDF" NumberType="{kind}" Precision="8" Dimensions="{shape}">{name}:/{array}</DataItem>'
+
+    connectivity = arrays["connectivity"]
+    element, coordinates = kind_of(connectivity.shape[1]).XDMF
+    corners = f'NodesPerElement="{connectivity.shape[1]}"'
+    lines = [
+        f'<Grid Name="frame_{number:04d}" GridType="Uniform">',
+        f'  <Time Value="{attributes["time"]!r}" />',
+        f'  <Topology TopologyType="{element}" {corners} NumberOfElements="{len(connectivity)}">',
+        f"    {item('connectivity')}",
+        "  </Topology>",
+        f'  <Geometry GeometryType="{coordinates}">',
+        f"    {item('position')}",
+        "  </Geometry>",
+    ]
+    for array, value in arrays.items():
+        if value.ndim == 1:
+            center = f'AttributeType="Scalar" Name={quoteattr(array)} Center="{beside[array]["center"]}"'
+            lines += [f"  <Attribute {center}>", f"    {item(array)}", "  </Attribute>"]
+    lines.append("</Grid>")
+    mesh = files.checksum(np.asarray(connectivity, dtype=np.int64).tobytes())
+    return _Written(files.image_checksum(content), mesh, "".join(f"      {line}\n" for line in lines))
+
+
+# Locks without flock -------------------------------------------------------------------------------------
+
+
+@contextmanager
+def _lock_by_file(file):
+    """Lock by the presence of ``file``, yielding whether that worked.
+
+    It names its owner, who touches it now and then; one that is long untouched, or whose owner on this machine has
+    ended, is taken over.
+    """
+    owner = f"{socket.gethostname()} {os.getpid()} {uuid.uuid4().hex}\n"
+    if not _create(file, owner) and not (_is_stale(file) and _take_over(file, owner)):
+        yield False
+        return
+    over = threading.Event()
+
+    def touch():
+        while not over.wait(_LOCK_IS_TOUCHED):
+            with suppress(OSError):
+                os.utime(file)
+
+    threading.Thread(target=touch, daemon=True).start()
+    try:
+        yield True
+    finally:
+        over.set()
+        with suppress(OSError):
+            if file.read_text() == owner:
+                file.unlink()
+
+
+def _create(file, owner):
+    try:
+        handle = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+    except FileExistsError:
+        return False
+    except OSError as error:
+        raise files.write_error(file.parent, file.name, error) from None
+    try:
+        files.write_all(handle, owner.encode())
+    except OSError as error:
+        raise files.write_error(file.parent, file.name, error) from None
+    finally:
+        os.close(handle)
+    return True
+
+
+def _take_over(file, owner):
+    """Replace a stale lock; of several that try at once, one gets it."""
+    aside = file.with_name(f"{file.name}-{uuid.uuid4().hex}{files.PART}")
+    try:
+        os.rename(file, aside)
+    except FileNotFoundError:
+        return False
+    with suppress(OSError):
+        aside.unlink()
+    return _create(file, owner)
+
+
+def _is_stale(file):
+    try:
+        host, pid, _ = file.read_text().split()
+        untouched = time.time() - file.stat().st_mtime
+    except FileNotFoundError:
+        return True
+    except (OSError, ValueError):  # its owner is writing its name, or died as it did
+        with suppress(OSError):
+            return time.time() - file.stat().st_mtime > _LOCK_IS_TOUCHED
+        return True
+    if host == socket.gethostname():
+        try:
+            os.kill(int(pid), 0)
+        except ProcessLookupError:
+            return True
+        except (OSError, ValueError):
+            pass
+    return untouched > _LOCK_IS_STALE

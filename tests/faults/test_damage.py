@@ -1,0 +1,235 @@
+"""Whatever happens to a file of a run, it goes on to the same bits or is refused with a remedy that works."""
+
+import shutil
+import warnings
+from pathlib import Path
+
+import pytest
+from stand_in import assert_same, interrupt_at
+
+from vesdyn import batch
+from vesdyn.case import Case
+from vesdyn.cli import main
+from vesdyn.errors import RunError
+from vesdyn.provenance import identity
+from vesdyn.run import run_case
+from vesdyn.storage import DamagedRunError, RunDirectory, RunDirectoryError
+
+CASE = Case(name="a", time={"end": 0.006, "step": 0.001}, output={"frames": (0.002, 0.004), "checkpoint_minutes": 0.0})
+OTHER = Case(name="a", time={"end": 0.006, "step": 0.002}, output={"frames": (0.002, 0.004), "checkpoint_minutes": 0.0})
+
+
+def cut(file, other):
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+
+
+def empty(file, other):
+    file.write_bytes(b"")
+
+
+def fill_with_nul(file, other):
+    file.write_bytes(bytes(file.stat().st_size))
+
+
+def end_in_nul(file, other):
+    file.write_bytes(file.read_bytes() + bytes(600))
+
+
+def end_in_text(file, other):
+    file.write_bytes(file.read_bytes() + b"and: so [ on\n\xff\xfe\x80")
+
+
+def flip_a_bit(file, other):
+    content = bytearray(file.read_bytes())
+    content[2 * len(content) // 3] ^= 4
+    file.write_bytes(content)
+
+
+def flip_the_first_bit(file, other):
+    content = bytearray(file.read_bytes())
+    content[0] ^= 1
+    file.write_bytes(content)
+
+
+def change_a_digit(file, other):
+    content = bytearray(file.read_bytes())
+    place = next((i for i in range(len(content) // 2, len(content)) if content[i : i + 1] in b"12345678"), 0)
+    content[place] ^= 1
+    file.write_bytes(content)
+
+
+def swap(file, other):
+    shutil.copyfile(other, file)
+
+
+def remove(file, other):
+    file.unlink()
+
+
+HARMS = [
+    cut, empty, fill_with_nul, end_in_nul, end_in_text, flip_a_bit, flip_the_first_bit, change_a_digit, swap, remove,
+]  # fmt: skip
+LEFT = ["case.yaml", "status.yaml", "history.csv", "columns.csv", "frames/0000.h5", "frames/0001.h5", "frames.h5",
+        "frames.xdmf", "checkpoint.h5", "checkpoint_previous.h5", "summary.png"]  # fmt: skip
+
+
+@pytest.fixture
+def runs(physics, tmp_path):
+    """A finished run, one that was interrupted, and one of another case that has all files."""
+    run_case(CASE, tmp_path / "finished")
+    physics.before_step = interrupt_at(3)
+    run_case(CASE, tmp_path / "interrupted")
+    physics.before_step = staticmethod(lambda steps: None)
+    run_case(OTHER, tmp_path / "other")
+    return tmp_path
+
+
+def harmed(runs, state, name, harm):
+    """A copy of the run in ``state`` with its file ``name`` harmed; None if it has none."""
+    path = runs / "harmed"
+    shutil.rmtree(path, ignore_errors=True)
+    shutil.copytree(runs / state, path)
+    if not (path / name).exists():
+        return None
+    harm(path / name, runs / "other" / name)
+    return path
+
+
+def quietly(function, *arguments, **options):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return function(*arguments, **options)
+
+
+@pytest.mark.fault("n14", "n15", "n5", "n2")
+@pytest.mark.parametrize("state", ["interrupted", "finished"])
+def test_run_goes_on_to_the_same_bits_or_says_how_to_begin_anew(runs, tried, state):
+    for name in LEFT:
+        for harm in HARMS:
+            if (path := harmed(runs, state, name, harm)) is None:
+                continue
+            tried["damages"] += 1
+            try:
+                outcome = quietly(run_case, CASE, path)
+            except RunDirectoryError as refusal:
+                assert "--restart" in str(refusal) and str(path) in str(refusal), (name, harm)
+                assert "\n" not in str(refusal)
+                outcome = quietly(run_case, CASE, path, restart=True)
+            assert outcome.state == "finished", (name, harm)
+            assert_same(path, runs / "finished")
+            assert not RunDirectory(path).faults()
+            assert (path / "summary.png").read_bytes() == b"a picture"
+            assert "drag" in (path / "case.yaml").read_text()
+
+
+@pytest.mark.fault("n14", "n15")
+@pytest.mark.parametrize("state", ["interrupted", "finished"])
+def test_resume_and_info_speak_in_sentences(runs, tried, capsys, state):
+    for name in LEFT:
+        for harm in HARMS:
+            if (path := harmed(runs, state, name, harm)) is None:
+                continue
+            tried["damages"] += 1
+            for command in (["info", str(path)], ["resume", str(path), "--quiet"]):
+                status = main(command)
+                words = capsys.readouterr().err
+                assert status in (0, 1, 2), (name, harm)
+                assert (status != 0) <= ("--restart" in words or "give" in words), (name, harm, command, words)
+                assert all(line.startswith("vesdyn: ") for line in words.splitlines())
+                if command[0] == "resume" and status == 0:
+                    assert_same(path, runs / "finished")
+
+
+@pytest.mark.fault("n15")
+@pytest.mark.parametrize("state", ["interrupted", "finished"])
+def test_a_batch_computes_anew_what_cannot_go_on(runs, tried, state):
+    sign = batch._Sign(runs / "sign")
+    sign.stop("")
+    for name in LEFT:
+        for harm in HARMS:
+            if (path := harmed(runs, state, name, harm)) is None or (name == "case.yaml" and harm in (swap, change_a_digit)):
+                continue  # a run of another case is left alone
+            tried["damages"] += 1
+            outcome, _ = quietly(batch._carry_out, CASE, path, False, sign, identity())
+            assert outcome.state == "finished", (name, harm, outcome.reason)
+            assert_same(path, runs / "finished")
+
+
+@pytest.mark.fault("n14")
+@pytest.mark.parametrize("tail", [bytes(4096), b"0.5,nan", b"text\n", b"0.1,\xff\xfe\n", b"1,2,3,4,5,6,7,8\n", b"\n\n\n"])
+def test_rows_after_the_checkpoint_that_do_not_parse_are_dropped(runs, tail):
+    history = runs / "interrupted" / "history.csv"
+    history.write_bytes(history.read_bytes() + tail)
+    assert main(["info", str(runs / "interrupted")]) == 0
+    assert run_case(CASE, runs / "interrupted").state == "finished"
+    assert_same(runs / "interrupted", runs / "finished")
+
+
+@pytest.mark.fault("n5")
+def test_one_changed_digit_before_the_checkpoint_is_seen(runs):
+    history = runs / "interrupted" / "history.csv"
+    change_a_digit(history, None)
+    with pytest.raises(DamagedRunError, match="history.csv is damaged; start anew"):
+        quietly(run_case, CASE, runs / "interrupted")
+
+
+@pytest.mark.fault("n2")
+def test_a_checkpoint_is_bound_to_its_case(runs, capsys):
+    path = runs / "interrupted"
+    text = (path / "case.yaml").read_text()
+    assert "drag: 0.07" in text
+    (path / "case.yaml").write_text(text.replace("drag: 0.07", "drag: 0.09"))
+    assert main(["resume", str(path)]) == 2
+    words = capsys.readouterr().err
+    assert "0.07" in words and "0.09" in words and "put the case back as it was" in words
+
+
+@pytest.mark.fault("n2")
+def test_a_checkpoint_of_another_run_is_refused(runs):
+    for name in ("checkpoint.h5", "checkpoint_previous.h5"):
+        shutil.copyfile(runs / "other" / name, runs / "interrupted" / name)
+    with pytest.raises(DamagedRunError, match="is of another case"):
+        quietly(run_case, CASE, runs / "interrupted")
+
+
+@pytest.mark.fault("n15")
+def test_a_file_of_nobody_here_stays(runs):
+    path = runs / "interrupted"
+    (path / "notes.txt").write_text("mine")
+    (path / "frames" / "drawing.svg").write_text("mine")
+    for name in ("case.yaml", "checkpoint.h5", "checkpoint_previous.h5"):
+        (path / name).write_bytes(b"")
+    run_case(CASE, path, restart=True)
+    assert (path / "notes.txt").read_text() == (path / "frames" / "drawing.svg").read_text() == "mine"
+    assert_same(path, runs / "finished")
+
+
+@pytest.mark.fault("n15")
+@pytest.mark.parametrize("state", ["interrupted", "finished"])
+def test_a_folder_in_the_place_of_a_file_is_told_and_left_alone(runs, tried, state):
+    for name in LEFT:
+        if (path := harmed(runs, state, name, remove)) is None:
+            continue
+        (path / name).mkdir()
+        (path / name / "thesis.tex").write_text("mine")
+        tried["damages"] += 1
+        for restart in (False, True):
+            try:
+                quietly(run_case, CASE, path, restart=restart)
+            except RunError as refusal:
+                assert str(path) in str(refusal) and "\n" not in str(refusal)
+        assert (path / name / "thesis.tex").read_text() == "mine"
+
+
+@pytest.mark.fault("n15")
+def test_a_file_that_cannot_be_read_is_named(runs, monkeypatch):
+    reading = Path.read_bytes
+
+    def locked(path):
+        if path.name == "0001.h5":
+            raise PermissionError(13, "Permission denied", str(path))
+        return reading(path)
+
+    monkeypatch.setattr(Path, "read_bytes", locked)
+    with pytest.raises(DamagedRunError, match=r"frames/0001.h5 cannot be read \(Permission denied\); allow it, or start"):
+        quietly(run_case, CASE, runs / "interrupted")

@@ -1,0 +1,163 @@
+"""An interrupt is heard wherever the program is; a second one stops at once."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from stand_in import assert_same
+
+from vesdyn import batch, interrupts
+from vesdyn.case import Case
+from vesdyn.run import run_case
+from vesdyn.storage import RunDirectory
+
+CASE = Case(name="a", time={"end": 0.006, "step": 0.001}, output={"frames": (0.002,), "checkpoint_minutes": 60.0})
+AUTO = "name: q\nmodel: auto\naccuracy: 0.5%\nmesh: auto\ntime: {end: 0.4, step: auto}\noutput: {frames: [], checkpoint_minutes: 0}\n"
+
+
+def run_python(code, *signals, after="ready"):
+    """Run ``code`` in a process, send it ``signals`` once it says ``after``; return status and stderr."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    assert process.stdout.readline().strip() == after
+    for number in signals:
+        process.send_signal(number)
+        time.sleep(0.2)
+    _, words = process.communicate(timeout=60)
+    return process.returncode, words
+
+
+@pytest.mark.fault("a13")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_process_that_never_comes_to_its_turn_is_ended(tried, number):
+    """As in a compiler: libc's sleep keeps Python from its handlers, and starts again after each signal."""
+    tried["interrupts"] += 1
+    code = (
+        "import ctypes, time\nfrom vesdyn import interrupts\ninterrupts.watch()\nlibc = ctypes.PyDLL(None)\n"
+        "libc = ctypes.CDLL(None)\nprint('ready', flush=True)\n"
+        "with interrupts.interrupts() as asked:\n    [None for _ in iter(lambda: libc.poll(None, 0, 100000), 0)]\n"
+        "time.sleep(600)"
+    )
+    began = time.monotonic()
+    status, words = run_python(code, number)
+    assert status == 130 and "Traceback" not in words
+    assert time.monotonic() - began < 50  # of the 100 s; how soon is shown by `make faults`
+    tried["seconds, longest wait after an interrupt"] = max(
+        tried["seconds, longest wait after an interrupt"], round(time.monotonic() - began)
+    )
+
+
+@pytest.mark.fault("a13")
+def test_loop_that_does_not_ask_gets_a_keyboard_interrupt(monkeypatch, tried):
+    monkeypatch.setattr(interrupts, "PATIENCE", 0.05)
+    tried["interrupts"] += 1
+    with pytest.raises(KeyboardInterrupt):
+        with interrupts.interrupts():
+            signal.raise_signal(signal.SIGINT)
+            for _ in range(1000):
+                time.sleep(0.05)
+
+
+@pytest.mark.fault("a13")
+def test_loop_that_asks_is_left_alone(monkeypatch, tried):
+    monkeypatch.setattr(interrupts, "PATIENCE", 0.05)
+    tried["interrupts"] += 1
+    with interrupts.interrupts() as asked:
+        assert asked() is None
+        signal.raise_signal(signal.SIGTERM)
+        assert asked() == "SIGTERM"
+        time.sleep(0.2)
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.fault("a13")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_retries_hear_an_interrupt(physics, tmp_path, tried, number):
+    """A step that is retried asks ``pause`` in between; the state before it is stored."""
+    tried["interrupts"] += 1
+    run_case(CASE, tmp_path / "reference")
+    advance = physics.advance
+
+    def retried(self, state, until, pause):
+        if state.steps == 3:
+            signal.raise_signal(number)
+            while True:
+                pause()
+        return advance(self, state, until, pause)
+
+    physics.advance = retried
+    try:
+        outcome = run_case(CASE, tmp_path / "a")
+    finally:
+        physics.advance = advance
+    assert (outcome.state, outcome.steps) == ("interrupted", 3) and number.name in outcome.reason
+    assert RunDirectory(tmp_path / "a").read_checkpoint()["steps"] == 3
+    run_case(CASE, tmp_path / "a")
+    assert_same(tmp_path / "a", tmp_path / "reference")
+
+
+@pytest.mark.fault("a13")
+@pytest.mark.parametrize("delay", [0.5, 1.5, 3.0])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupt_at_some_moment_of_a_real_run(tmp_path, tried, delay, number):
+    (tmp_path / "q.yaml").write_text(AUTO)
+    command = [sys.executable, "-m", "vesdyn", "run", tmp_path / "q.yaml", "--out", tmp_path / "r"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    time.sleep(delay)
+    tried["interrupts"] += 1
+    sent = time.monotonic()
+    process.send_signal(number)
+    _, words = process.communicate(timeout=60)
+    waited = time.monotonic() - sent
+    assert process.returncode in (130, 0, -number) and "Traceback" not in words, words
+    assert process.returncode == 130 or delay < 1  # the interpreter was starting
+    what = "seconds, longest wait after an interrupt"
+    tried[what] = max(tried[what], round(waited))
+
+
+@pytest.mark.fault("n16")
+def test_scheduler_without_workers_is_told_and_hears_an_interrupt(tmp_path, capfd, monkeypatch, tried):
+    from distributed import LocalCluster
+
+    monkeypatch.setattr(batch, "_PATIENCE", 0.3)
+    monkeypatch.setattr(batch, "_ELSEWHERE", 0.1)
+    tried["interrupts"] += 1
+    with LocalCluster(n_workers=0, dashboard_address=None, processes=False) as cluster:
+        import threading
+
+        threading.Timer(4.0, signal.raise_signal, (signal.SIGINT,)).start()
+        cases = [CASE.model_copy(update={"name": name}) for name in "ab"]
+        results = batch.run_batch(cases, tmp_path, scheduler=cluster.scheduler_address)
+    assert [outcome.state for _, outcome in results] == 2 * ["interrupted"]
+    words = capfd.readouterr().err
+    assert "has no workers yet; waiting for some." in words and "Traceback" not in words
+
+
+@pytest.mark.verify
+@pytest.mark.fault("n16")
+def test_killed_scheduler_is_one_sentence(tmp_path, tried):
+    scheduler = subprocess.Popen(
+        [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
+         "--scheduler-file", tmp_path / "s.json"], stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    import json
+
+    while not (tmp_path / "s.json").exists() or not (tmp_path / "s.json").read_text():
+        time.sleep(0.1)
+    address = json.loads((tmp_path / "s.json").read_text())["address"]
+    (tmp_path / "q.yaml").write_text(AUTO)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "vesdyn", "batch", tmp_path / "q.yaml", "--out", tmp_path / "r", "--scheduler", address],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    time.sleep(6.0)
+    tried["neighbours"] += 1
+    scheduler.kill()
+    scheduler.wait()
+    _, words = process.communicate(timeout=120)
+    assert process.returncode == 1 and "Traceback" not in words
+    assert "the scheduler was lost" in words and len(words.splitlines()) <= 4

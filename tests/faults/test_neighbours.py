@@ -1,0 +1,158 @@
+"""Locks that fail, other processes in the same directory, other systems, and streams that are closed."""
+
+import errno
+import os
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+from vesdyn import storage
+from vesdyn.case import Case
+from vesdyn.cli import main
+from vesdyn.interrupts import on_terminal
+from vesdyn.provenance import cores
+from vesdyn.run import run_case
+from vesdyn.storage import BusyError, RunDirectory
+
+CASE = Case(name="a", time={"end": 0.004, "step": 0.001}, output={"frames": (), "checkpoint_minutes": 0.0})
+TINY = "name: NAME\nmodel: axisymmetric\nmesh: {front_edge: 0.03, far_edge: 0.06}\ntime: {end: END, step: 0.001}\noutput: {frames: []}\n"
+VESDYN = [sys.executable, "-m", "vesdyn"]
+
+
+@pytest.fixture
+def without_flock(monkeypatch):
+    """A file system whose flock fails, with the number given to the function."""
+
+    def fail_with(number):
+        def flock(handle, operation):
+            raise OSError(number, os.strerror(number))
+
+        monkeypatch.setattr(storage.fcntl, "flock", flock)
+
+    return fail_with
+
+
+@pytest.mark.fault("a03")
+@pytest.mark.parametrize("number", [errno.ENOLCK, errno.EIO, errno.EBADF, errno.ENOSYS, errno.ENOTSUP, errno.EACCES])
+def test_run_without_locks_of_the_file_system(physics, tmp_path, without_flock, tried, number):
+    without_flock(number)
+    tried["neighbours"] += 1
+    with RunDirectory(tmp_path / "a").claim(CASE):
+        assert RunDirectory(tmp_path / "a").busy()
+        with pytest.raises(BusyError, match="another process"):
+            run_case(CASE, tmp_path / "a")
+    assert not RunDirectory(tmp_path / "a").busy()
+    assert run_case(CASE, tmp_path / "a").state == "finished"
+    assert not list((tmp_path / "a").glob(".lock*"))
+
+
+@pytest.mark.fault("a03")
+@pytest.mark.parametrize(
+    "owner, age, taken",
+    [
+        ("HOST 999999999 x", 0, True),  # killed
+        ("HOST 1 x", 0, False),  # alive
+        ("elsewhere 1 x", 30, False),  # another host, touched lately
+        ("elsewhere 1 x", 300, True),  # another host, for long untouched
+        ("", 300, True),  # died as it wrote its name
+        ("", 0, False),
+    ],
+)
+def test_lock_file_of_a_dead_owner_is_taken_over(physics, tmp_path, without_flock, tried, owner, age, taken):
+    without_flock(errno.ENOLCK)
+    tried["neighbours"] += 1
+    (tmp_path / "a").mkdir()
+    lock = tmp_path / "a" / ".lock"
+    lock.write_text(owner.replace("HOST", storage.socket.gethostname()))
+    os.utime(lock, (time.time() - age, time.time() - age))
+    if taken:
+        assert run_case(CASE, tmp_path / "a").state == "finished"
+    else:
+        with pytest.raises(BusyError):
+            run_case(CASE, tmp_path / "a")
+
+
+@pytest.mark.fault("a03")
+def test_of_many_one_gets_the_lock(tmp_path, tried):
+    held, tries = [], 16
+    start = threading.Barrier(tries)
+
+    def try_it():
+        start.wait()
+        with storage._lock_by_file(tmp_path / ".lock") as got:
+            held.append(got)
+            start.wait()
+
+    threads = [threading.Thread(target=try_it) for _ in range(tries)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    tried["neighbours"] += tries
+    assert sorted(held) == [False] * (tries - 1) + [True]
+
+
+@pytest.mark.fault("a08")
+def test_cores_without_sched_getaffinity(monkeypatch):
+    assert cores() == len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else True
+    monkeypatch.delattr(os, "sched_getaffinity", raising=False)
+    assert cores() == os.cpu_count()
+
+
+@pytest.mark.fault("n17")
+def test_two_batches_in_one_directory(tmp_path, tried):
+    files = []
+    for name in ("x", "y", "z"):
+        files.append(tmp_path / f"{name}.yaml")
+        files[-1].write_text(TINY.replace("NAME", name).replace("END", "0.05"))
+    tried["neighbours"] += 1
+    command = [*VESDYN, "batch", *files, "--jobs", "1", "--out", tmp_path / "r"]
+    both = [subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for _ in range(2)]
+    for process in both:
+        words, errors = process.communicate(timeout=300)
+        assert process.returncode == 0, errors
+        assert "3 finished" in words and "failed" not in errors
+    assert not list((tmp_path / "r").glob(".batch*"))
+
+
+@pytest.mark.fault("n18")
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize("command", ["info", "resume"])
+def test_streams_that_are_closed(physics, tmp_path, tried, closed, command):
+    run_case(CASE, tmp_path / "a")
+    tried["neighbours"] += 1
+    shell = f"{sys.executable} -m vesdyn {command} {tmp_path / 'a'} {closed}"
+    done = subprocess.run(["sh", "-c", shell], capture_output=True, text=True)
+    assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
+
+
+def test_stream_that_is_no_terminal(tmp_path):
+    closed = open(tmp_path / "x", "w")
+    closed.close()
+    assert not on_terminal(None) and not on_terminal(closed)
+
+
+@pytest.mark.fault("n18")
+def test_broken_pipe_is_no_error(tmp_path, tried):
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run([*VESDYN, "template"], stdout=writing, stderr=subprocess.PIPE, text=True)
+    os.close(writing)
+    tried["neighbours"] += 1
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.fault("n22")
+@pytest.mark.parametrize("command", ["run", "batch"])
+def test_out_that_is_a_file_is_told_before_anything_else(tmp_path, capsys, monkeypatch, command):
+    monkeypatch.setattr("vesdyn.planning.plan", None)
+    (tmp_path / "q.yaml").write_text("name: q\nmodel: auto\nmesh: auto\n")
+    (tmp_path / "out").write_text("mine")
+    for out in (tmp_path / "out", tmp_path / "out" / "below"):
+        assert main([command, str(tmp_path / "q.yaml"), "--out", str(out)]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert "is a file, not a directory; choose another --out." in line
+    assert (tmp_path / "out").read_text() == "mine"

@@ -1,0 +1,108 @@
+"""SIGINT and SIGTERM: heard within two seconds wherever the program is, and a second one stops at once.
+
+A loop that asks (`interrupts`) ends in good order. Where nobody asks, as while kernels are compiled, the signal turns
+into a KeyboardInterrupt; and where Python itself does not come to its turn, `watch` ends the process. A run may be
+ended at any moment: it goes on from its last checkpoint.
+"""
+
+import _thread
+import os
+import signal
+import sys
+import threading
+from contextlib import contextmanager
+
+PATIENCE = 1.5  # with a loop that does not ask [s]
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+_heard = threading.Event()  # the loop has asked since the signal, so `watch` may leave the rest to it
+
+
+class Asked:
+    """Tells, when called, the name of the signal that came, or None; `vesdyn.stepping.march` takes it as ``stop``."""
+
+    def __init__(self):
+        self._name = self._timer = None
+
+    def __call__(self):
+        if self._name:
+            _heard.set()
+            self._timer.cancel()
+        return self._name
+
+    def _receive(self, number, _):
+        if self._name:
+            _heard.set()
+            raise KeyboardInterrupt
+        self._timer = threading.Timer(PATIENCE, _thread.interrupt_main, (number,))
+        self._timer.daemon = True
+        self._timer.start()
+        self._name = signal.Signals(number).name
+
+
+@contextmanager
+def interrupts():
+    """Yield an `Asked` for the first SIGINT or SIGTERM; a second one, or one not asked for, is a KeyboardInterrupt."""
+    asked = Asked()
+    if threading.current_thread() is not threading.main_thread():  # only the main thread may handle signals
+        yield asked
+        return
+    _heard.clear()
+    before = {number: signal.signal(number, asked._receive) for number in SIGNALS}
+    try:
+        yield asked
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        if asked._timer:
+            asked._timer.cancel()
+
+
+def watch():
+    """End the process with status 130 two seconds after a signal that nobody has heard; for the command line.
+
+    Python runs its handlers between its own instructions only; a compiler of kernels keeps it from them for long.
+    """
+    reading, writing = os.pipe()
+    os.set_blocking(writing, False)
+    signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+
+    def end_when_deaf():
+        wanted = {int(number) for number in SIGNALS}
+        while True:
+            if os.read(reading, 1)[0] not in wanted:
+                continue
+            if _heard.is_set():  # the second
+                threading.Event().wait(PATIENCE)
+            elif _heard.wait(PATIENCE + 0.4):
+                continue
+            try:
+                os.write(2, b"\nvesdyn: stopped at once; give the same command again to go on.\n")
+            finally:
+                os._exit(130)
+
+    threading.Thread(target=end_when_deaf, daemon=True).start()
+
+
+def on_terminal(stream):
+    """True where ``stream`` (sys.stderr or the like, or None) is an open terminal."""
+    try:
+        return stream is not None and stream.isatty()
+    except ValueError:  # closed
+        return False
+
+
+def open_standard_streams():
+    """Put the null device in the place of standard streams that were closed; for the command line.
+
+    Without it the next file that is opened gets the number of the closed one, and what libraries print into it.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))

@@ -1,0 +1,128 @@
+"""A run as its user reads it from Python, finished or still going on.
+
+    run = vesdyn.open_run("runs/typical")
+    run.history["time"], run.history["binding_area"]     columns of the history; run.history.units tells their units
+    run.frame(0.128).density, run.final.position         stored shapes
+    run.profile(0.128)                                   density and height along the membrane, from pole to pole
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from vesdyn.case import Case
+from vesdyn.errors import CaseError
+from vesdyn.storage import SAME_TIME, Frame, RunDirectory
+
+
+class History(dict):
+    """Columns of a history, name to array (n_steps,), in the order in which they are stored.
+
+    ``units`` and ``meanings`` map the names of those columns that are described to text.
+    """
+
+    def __init__(self, columns: dict[str, np.ndarray], units: dict[str, str], meanings: dict[str, str]):
+        super().__init__(columns)
+        self.units, self.meanings = units, meanings
+
+
+class Profile(NamedTuple):
+    """Membrane from the lower to the upper pole, averaged over the azimuth: arrays (n,)."""
+
+    arc: np.ndarray  # length along the membrane from the first point [a0]
+    radius: np.ndarray  # distance from the axis [a0]
+    height: np.ndarray  # above the substrate [a0]
+    density: np.ndarray  # of receptors [c_r0]
+
+
+class Run:
+    """A run in a directory, read when it is asked for; made by `open_run`."""
+
+    def __init__(self, path: str | Path):
+        self._directory = RunDirectory(path)
+        self.path: Path = self._directory.path
+        self.case: Case = self._directory.stored_case()
+
+    def __repr__(self) -> str:
+        return f"<run {self.case.name} in {self.path}: {self.status.get('state', 'not begun')}>"
+
+    @property
+    def status(self) -> dict:
+        """State (running, interrupted, finished or failed), reason and wall time [s]; empty before the first step."""
+        return self._directory.status()
+
+    @property
+    def history(self) -> History:
+        """Every column of the history, as far as the run has come.
+
+        Raises vesdyn.storage.DamagedRunError if it is not as it was written.
+        """
+        self._directory.verify_history()
+        described = self._columns()
+        units = {row["column"]: row["unit"] for row in described}
+        return History(self._directory.history(), units, {row["column"]: row["meaning"] for row in described})
+
+    def _columns(self):
+        try:
+            with open(self._directory.columns_file, newline="", encoding="utf-8") as file:
+                rows = list(csv.DictReader(file))
+        except (OSError, ValueError, csv.Error):
+            return []
+        return [row for row in rows if row.keys() >= {"column", "unit", "meaning"}]
+
+    @property
+    def frames(self) -> Sequence[Frame]:
+        """Stored shapes in the order of time, each read when it is asked for."""
+        return self._directory.frames()
+
+    @property
+    def times(self) -> list[float]:
+        """Times of the stored shapes [a0^2/D]."""
+        return self._directory.frame_times()
+
+    @property
+    def final(self) -> Frame:
+        """The last stored shape; of a finished run that of its last state."""
+        return self.frames[-1] if len(self.frames) else self._no_frame("at all")
+
+    def frame(self, time: float) -> Frame:
+        """The shape stored at ``time`` [a0^2/D]; raise CaseError, with the times there are, if there is none."""
+        for number, stored in enumerate(self.times):
+            if abs(stored - time) <= SAME_TIME * max(1.0, abs(time)):
+                return self.frames[number]
+        return self._no_frame(f"at t = {time:g}")
+
+    def _no_frame(self, when):
+        there = ", ".join(f"{t:g}" for t in self.times) or "none"
+        raise CaseError(f"{self.path}: holds no frame {when}; there are {there}; name others under output.frames.")
+
+    def profile(self, time: float) -> Profile:
+        """Density and height along the membrane at ``time``, which must be that of a stored shape.
+
+        A meridian gives its nodes. On a surface, rings of about equally many vertices are averaged, which were at
+        one height at t = 0; the arc is the length of the curve through their means.
+        """
+        frame = self.frame(time)
+        x, density = frame.position, frame.density
+        if x.shape[1] == 2:
+            radius, height = x.T
+        else:
+            rings = np.array_split(np.argsort(self.frames[0].position[:, 2], kind="stable"), int(np.sqrt(len(x))))
+            radius, height, density = (
+                np.array([values[ring].mean() for ring in rings]) for values in (np.hypot(*x.T[:2]), x[:, 2], density)
+            )
+        arc = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(radius), np.diff(height)))])
+        return Profile(arc, radius, height, density)
+
+
+def open_run(path: str | Path) -> Run:
+    """Open the run in the directory ``path``, which may still be going on.
+
+    Raises vesdyn.storage.RunDirectoryError if there is none that can be read.
+    """
+    return Run(path)
