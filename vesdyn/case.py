@@ -207,6 +207,9 @@ class Mesh(_Section):
     far_edge: Annotated[float | Auto, _or_auto(1e-5, le=0.5)] = Field(
         0.05, description="edge length far above the substrate [a0]; auto: as accuracy allows"
     )
+    fine_angle: float = Field(
+        80.0, ge=5, le=180, description="slope of the start shape up to which edges are those of the front [degrees]"
+    )
     layout: Literal["scalloped", "rings", "spiral"] = Field(
         "scalloped", description="how the vertices are laid out: scalloped, rings or spiral"
     )
@@ -252,8 +255,8 @@ class Solver(_Section):
     tolerance: Annotated[float | Auto, _or_auto(1e-13, lt=1)] = Field(
         "auto", description="largest scaled out-of-balance force of a node; auto: 0.04 x accuracy"
     )
-    method: Literal["relaxation", "newton"] = Field(
-        "relaxation", description="how the balance is solved: relaxation, or newton (axisymmetric)"
+    method: Literal["relaxation", "newton", "auto"] = Field(
+        "auto", description="how the balance is solved: relaxation, newton (axisymmetric), or auto: the faster"
     )
     damping: Literal["viscous", "kinetic"] = Field("viscous", description="damping: viscous or kinetic")
     max_iterations: int = Field(

@@ -71,7 +71,7 @@ def start(mesh, membrane):
     """
     size = mesh_size(mesh)
     check_memory(size.nodes, BYTES)
-    x = graded_meridian(mesh.front_edge, mesh.far_edge, mesh.axes)
+    x = graded_meridian(mesh.front_edge, mesh.far_edge, mesh.axes, fine_angle=np.radians(mesh.fine_angle))
     return x, build_meridian(x, membrane.shear_modulus, membrane.prestretch, membrane.thickness)
 
 
@@ -93,7 +93,7 @@ def far_edge(front_edge):
 
 def mesh_size(mesh):
     """`vesdyn.body.MeshSize` of the section ``mesh`` of a case."""
-    nodes = expected_nodes(mesh.front_edge, mesh.far_edge, mesh.axes)[0]
+    nodes = expected_nodes(mesh.front_edge, mesh.far_edge, mesh.axes, np.radians(mesh.fine_angle))[0]
     seconds, at, exponent = STEP_TIME
     return generic.MeshSize(nodes, BYTES * nodes, seconds * (nodes / at) ** exponent)
 

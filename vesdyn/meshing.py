@@ -48,12 +48,12 @@ class Profile(NamedTuple):
     conformal: Callable  # polar angle of the point's image on a sphere
 
 
-def profile(axes=(1.0, 1.0), volume=VOLUME):
+def profile(axes=(1.0, 1.0), volume=VOLUME, fine_angle=FINE_ANGLE):
     """`Profile` of the spheroid of ``volume`` [a0^3] whose equatorial and polar axes are as ``axes``."""
     radius = (3.0 * volume / (4.0 * np.pi)) ** (1.0 / 3.0)
     equatorial, polar = axes
     if equatorial == polar:
-        return Profile(radius, FINE_ANGLE, np.sin, np.cos, lambda depth: np.arccos(np.clip(depth, -1.0, 1.0)), lambda t: t)
+        return Profile(radius, fine_angle, np.sin, np.cos, lambda depth: np.arccos(np.clip(depth, -1.0, 1.0)), lambda t: t)
     ratio = (equatorial / polar) ** (1.0 / 3.0)
     a, b = radius * ratio, radius / ratio**2  # semi-axes; a point is (a sin u, -b cos u)
     m = 1.0 - (b / a) ** 2
@@ -80,7 +80,7 @@ def profile(axes=(1.0, 1.0), volume=VOLUME):
 
     return Profile(
         radius,
-        float(angle_of(np.arctan2(a * np.sin(FINE_ANGLE), b * np.cos(FINE_ANGLE)))),
+        float(angle_of(np.arctan2(a * np.sin(fine_angle), b * np.cos(fine_angle)))),
         lambda t: a * np.sin(parameter(t)) / radius,
         lambda t: b * np.cos(parameter(t)) / radius,
         lambda depth: angle_of(np.arccos(np.clip(depth * radius / b, -1.0, 1.0))),
@@ -123,9 +123,9 @@ def _count_vertices(p, front_edge, far_edge):
     return arc, _integral(2.0 * np.pi * p.radius * p.across(arc / p.radius) / (_ROW * edge**2), arc)
 
 
-def expected_nodes(front_edge, far_edge, axes=(1.0, 1.0)):
+def expected_nodes(front_edge, far_edge, axes=(1.0, 1.0), fine_angle=FINE_ANGLE):
     """About how many nodes a graded meridian has, and how many vertices a graded surface (within 5 %)."""
-    counts = (count(profile(axes), front_edge, far_edge)[1][-1] for count in (_count_edges, _count_vertices))
+    counts = (count(profile(axes, fine_angle=fine_angle), front_edge, far_edge)[1][-1] for count in (_count_edges, _count_vertices))
     return tuple(map(float, counts))
 
 
@@ -223,14 +223,14 @@ def _scalloped(p, front_edge, far_edge):
 _LAYOUTS = {"rings": _rings, "scalloped": _scalloped, "spiral": _spiral}
 
 
-def graded_sphere(front_edge, far_edge, layout="rings", axes=(1.0, 1.0), volume=VOLUME):
+def graded_sphere(front_edge, far_edge, layout="rings", axes=(1.0, 1.0), volume=VOLUME, fine_angle=FINE_ANGLE):
     """Triangulate the sphere that encloses ``volume`` [a0^3] and rests on z = 0, or the spheroid of ``axes``.
 
     ``axes`` are the equatorial and the polar one; only their ratio counts. The polyhedron itself is scaled to
     enclose ``volume`` exactly. Returns vertices (n_vertices, 3) [a0] and outward faces (n_faces, 3). Raises
     ValueError where the result is not a closed manifold.
     """
-    mesh = trimesh.Trimesh(*_LAYOUTS[layout](profile(axes, volume), front_edge, far_edge), process=False)
+    mesh = trimesh.Trimesh(*_LAYOUTS[layout](profile(axes, volume, fine_angle), front_edge, far_edge), process=False)
     check_mesh(mesh)
     return _placed(mesh, volume)
 
@@ -242,12 +242,12 @@ def _placed(mesh, volume):
     return vertices, np.array(mesh.faces)
 
 
-def graded_meridian(front_edge, far_edge, axes=(1.0, 1.0), volume=VOLUME):
+def graded_meridian(front_edge, far_edge, axes=(1.0, 1.0), volume=VOLUME, fine_angle=FINE_ANGLE):
     """Nodes (n_nodes, 2), (r, z) [a0], of a meridian graded as `graded_sphere`, from contact to top.
 
     The solid of revolution of the polygon encloses ``volume`` [a0^3] exactly.
     """
-    p = profile(axes, volume)
+    p = profile(axes, volume, fine_angle)
     arc, passed = _count_edges(p, front_edge, far_edge)
     segments = int(np.ceil(passed[-1]))
     polar = np.interp(np.linspace(0.0, passed[-1], segments + 1), passed, arc) / p.radius

@@ -13,30 +13,49 @@ from typing import NamedTuple
 import numpy as np
 
 from vesdyn.balance import NoBalanceError
-from vesdyn.budget import FIXED_STEP_ERROR, SHARES, TOLERANCE_ERROR
+from vesdyn.budget import FIXED_STEP_ERROR, SHARES, TOLERANCE_ERROR, WISHED_FROM
 from vesdyn.diagnostics import Moment
+from vesdyn.errors import CaseError
 from vesdyn.kinds import KINDS
 from vesdyn.koiter import bending_stiffness
 from vesdyn.meshing import measured_edges, read_mesh, reduced_volume, spheroid_area, triangles_area
-from vesdyn.spreading import Spreading
+from vesdyn.spreading import Spreading, method_of
 from vesdyn.stepping import is_steady, march
+from vesdyn.substrate import gaps
 
 SCOUT_ACCURACY = 0.02
+LONGEST_SCOUT_EDGE = 0.02  # [a0]
+EDGES_A_CUTOFF = 4  # at least: the snap-in zone is resolved
+EDGES_A_RADIUS = 6  # at least, of a scout when the wish begins to count
+REFINEMENT = 1.6  # from scout to scout
+MESH_ORDER = 2.0  # in the edge: what the difference of two scouts is read by
+TRUST = 0.5, 50.0  # the measured error of a mesh is taken within these multiples of that of the model
+MARGIN, MORE_ANGLE = 1.15, 10.0  # the fine zone against the slope that the front reaches [1, degrees]
+_SCOUTS = 6
 BENDING_SHARE = 0.5  # of the wish: an effect of bending above it is computed
 COMPRESSION = 0.01  # of K: free membrane below minus this tension would wrinkle
 
 
 class Scout(NamedTuple):
-    """What the coarse meridian saw."""
+    """What a coarse meridian saw."""
 
-    early_radius: float  # contact radius at t = 0.01 (or the end) [a0]
+    front_edge: float  # of its mesh [a0]
+    fine_angle: float  # of its mesh [degrees]
+    early_radius: float  # contact radius when the wish begins to count, at WISHED_FROM of the final area [a0]
+    reach: float  # slope of the start shape up to where it has come within the cutoff [degrees]
     final_area: float  # [a0^2]
     final_time: float  # [a0^2/D]
     steady: bool
+    bends: bool
     tension: float  # smallest principal tension of the free membrane [kT/a0^2], where and when:
     tension_time: float
     tension_height: float
     curve: np.ndarray  # (n_steps, 2) time [a0^2/D] and binding area [a0^2]
+
+    def counts(self):
+        """Times (n,) of its steps for which the wish holds."""
+        t, area = self.curve.T
+        return t[area >= WISHED_FROM * self.final_area]
 
 
 class Plan(NamedTuple):
@@ -52,86 +71,120 @@ def needs_planning(case):
     return "auto" in (case.model, *edges)
 
 
-def scout(case):
-    """Run ``case`` on a coarse meridian; None where that fails (the scene itself will say why) or shows another shape."""
-    if case.mesh.file is not None:
-        return None
+def scout(case, front_edge, fine_angle):
+    """Run ``case`` on a meridian of these edges; None where no balance is found."""
     coarse = case.model_copy(
         update={
             "model": "axisymmetric",
             "perturbation": case.perturbation.model_copy(update={"amplitude": 0.0, "front": 0.0}),
             "accuracy": SCOUT_ACCURACY,
             "ligands": case.ligands.model_copy(update={"pattern": "even"}) if case.ligands.breaks_axis else case.ligands,
-            "mesh": case.mesh.model_copy(update={"front_edge": 0.02, "far_edge": 0.05}),
+            "mesh": case.mesh.model_copy(
+                update={"front_edge": front_edge, "far_edge": max(0.05, front_edge), "fine_angle": fine_angle}
+            ),
             "time": case.time.model_copy(update={"step": "auto", "order": 2, "stop_when_steady": True}),
             "output": case.output.model_copy(update={"frames": ()}),
+            "solver": case.solver.model_copy(update={"method": "newton", "tolerance": "auto"}),
         }
     )
     sim = Spreading(coarse)
-    early, lowest, curve = None, (np.inf, 0.0, 0.0), []
+    lowest, rows, reach = (np.inf, 0.0, 0.0), [], 0.0
     try:
         for state in march(sim):
             moment = Moment(sim, state)
-            curve.append((moment.time, moment["binding_area"]))
-            if early is None and moment.time >= 0.01:
-                early = moment["contact_radius"]
+            rows.append((moment.time, moment["binding_area"], moment["contact_radius"]))
             lowest = min(lowest, (moment["free_tension_min"], moment.time, moment["free_tension_min_height"]))
+            reach = max(reach, _reach(sim, state))
     except NoBalanceError:
         return None
-    return Scout(
-        early or moment["contact_radius"],
-        moment["binding_area"],
-        moment.time,
-        is_steady(sim, state),
-        *lowest,
-        np.array(curve),
-    )
+    t, area, radius = np.array(rows).T
+    early = radius[np.argmax(area >= WISHED_FROM * area[-1])]
+    end = moment["binding_area"], moment.time, is_steady(sim, state), case.membrane.thickness > 0.0
+    return Scout(front_edge, fine_angle, early, reach, *end, *lowest, np.stack([t, area], axis=1))
+
+
+def _reach(sim, state):
+    """Slope [degrees] of the start shape at the farthest node of the meridian that is within the cutoff."""
+    near = np.flatnonzero(gaps(state.x) < sim.case.adhesion.cutoff)
+    low = near[near < np.argmax(state.x[:, 0])]  # not the top of a flat vesicle
+    last = low.max(initial=1)
+    dr, dz = sim.x_start[last] - sim.x_start[last - 1]
+    return float(np.degrees(np.arctan2(dz, dr)))
+
+
+def survey(case):
+    """Two scouts of ``case``, coarse and finer, that resolve what matters; None where the scene has no meridian.
+
+    A scout that finds no balance, or whose mesh is too coarse for the cutoff or for the front when the wish begins to
+    count, is repeated finer; one whose mesh was not fine as far as the front went, with the fine zone extended.
+    """
+    if case.mesh.file is not None:
+        return None
+    edge, fine, seen = min(LONGEST_SCOUT_EDGE, case.adhesion.cutoff / EDGES_A_CUTOFF), case.mesh.fine_angle, None
+    for _ in range(_SCOUTS):
+        coarser, seen = seen, scout(case, edge, fine)
+        if seen is None:
+            edge, fine = edge / REFINEMENT**2, min(180.0, 1.5 * fine)
+            continue
+        resolves = seen.early_radius / EDGES_A_RADIUS
+        if coarser and edge <= resolves * REFINEMENT and all(s.reach < s.fine_angle for s in (coarser, seen)):
+            return coarser, seen
+        fine = fine if seen.reach < fine else min(180.0, MARGIN * seen.reach)
+        edge = min(edge / REFINEMENT, resolves)
+    return (coarser, seen) if coarser and seen else None
 
 
 def plan(case):
-    """Choose what ``case`` leaves open (step and tolerance follow the accuracy as they go); return a `Plan`."""
-    seen, bending = scout(case), []
-    case, seen = _choose_bending(case, seen, bending)
+    """Choose what ``case`` leaves open (step and tolerance follow the accuracy as they go); return a `Plan`.
+
+    Raises CaseError for a case that cannot be used.
+    """
+    scouts, bending = survey(case), []
+    case, scouts = _choose_bending(case, scouts, bending)
     decisions = []
     model = _choose_body(case, decisions)
     decisions += bending
-    mesh = _choose_mesh(case, model, seen, decisions)
+    mesh = _choose_mesh(case, model, scouts, decisions)
+    seen = scouts[1] if scouts else None
     _tell_tolerance(case, decisions)
     _tell_step(case, seen, decisions)
     _tell_omissions(case, model, seen, decisions)
-    return Plan(case.model_copy(update={"model": model, "mesh": mesh}), tuple(decisions))
+    case = case.model_copy(update={"model": model, "mesh": mesh})
+    decisions.append(f"method: {method_of(case)}.")
+    return Plan(case, tuple(decisions))
 
 
-def _choose_bending(case, seen, decisions):
-    """Return the case, without bending where it may be left out, and what its scout saw."""
+def _choose_bending(case, scouts, decisions):
+    """Return the case, without bending where it may be left out, and its scouts."""
     thickness = case.membrane.thickness
     if thickness == 0.0:
         decisions.append("left out: bending (membrane.thickness is 0).")
-        return case, seen
+        return case, scouts
     bare = case.model_copy(update={"membrane": case.membrane.model_copy(update={"thickness": 0.0})})
-    seen_bare = scout(bare)
-    if seen is None or seen_bare is None:
+    seen_bare = scouts and scout(bare, scouts[1].front_edge, min(180.0, MARGIN * scouts[1].reach))
+    if not seen_bare:
         decisions.append(f"bending: thickness {thickness:g}.")
-        return case, seen
-    effect = _largest_difference(seen_bare.curve, seen.curve)
+        return case, scouts
+    seen = scouts[1]
+    effect = _largest_difference(seen_bare, seen)
     slack = seen_bare.tension < -COMPRESSION * case.membrane.shear_modulus
     if case.model == "auto" and effect < BENDING_SHARE * case.accuracy and not slack:
         decisions.append(
             f"left out: bending; a thickness of {thickness:g} changes the binding area by {effect:.2%} at most"
             " and nothing is in compression."
         )
-        return bare, seen_bare
+        return bare, (scouts[0], seen_bare)
     decisions.append(
         f"bending: thickness {thickness:g}; without it the binding area would differ by up to {effect:.1%}"
         + (" and the compressed membrane would wrinkle at the scale of the mesh." if slack else ".")
     )
-    return case, seen
+    return case, scouts
 
 
-def _largest_difference(curve, other):
-    """Largest relative difference of two curves (n, 2) of time and binding area after t = 0.01 (or its end)."""
-    t = other[other[:, 0] >= min(0.01, other[-1, 0]), 0]
-    return np.max(np.abs(np.interp(t, *curve.T) / np.interp(t, *other.T) - 1.0))
+def _largest_difference(one, other):
+    """Largest relative difference of the areas of two scouts at the times for which the wish holds."""
+    t = other.counts()
+    return np.max(np.abs(np.interp(t, *one.curve.T) / np.interp(t, *other.curve.T) - 1.0))
 
 
 def _choose_body(case, decisions):
@@ -148,41 +201,60 @@ def _choose_body(case, decisions):
     return model
 
 
-def _choose_mesh(case, model, seen, decisions):
+def _choose_mesh(case, model, scouts, decisions):
     kind, mesh = KINDS[model], case.mesh
     error = kind.mesh_error(mesh, case.membrane.thickness > 0.0)
-    radius = seen.early_radius if seen and seen.early_radius > 0.05 else 0.15
     if mesh.file is not None:
-        return _tell_mesh_in_file(case, kind, error, radius, decisions)
-    front, far = mesh.front_edge, mesh.far_edge
+        return _tell_mesh_in_file(case, kind, error, decisions)
+    if scouts:
+        error = _calibrated(error, scouts)
+    front, far, fine = mesh.front_edge, mesh.far_edge, mesh.fine_angle
+    if "auto" in (front, far) and not scouts:
+        raise CaseError(
+            f"{case.name}: mesh: no scout found a balance, so edges cannot be chosen; give mesh.front_edge and far_edge,"
+            " or check that the numbers of the scene belong together (`vesdyn explain`)."
+        )
     if front == "auto":
-        wanted = error.edge(SHARES["mesh"] * case.accuracy, radius)
-        front = float(f"{min(wanted, kind.LONGEST_EDGE, case.adhesion.cutoff / 4.0):.2g}")
+        if not case.given("mesh.fine_angle"):
+            fine = float(f"{min(180.0, MARGIN * scouts[1].reach + MORE_ANGLE):.2g}")
+        wanted = error.edge(SHARES["mesh"] * case.accuracy, scouts[1].early_radius)
+        front = float(f"{min(wanted, kind.LONGEST_EDGE, case.adhesion.cutoff / EDGES_A_CUTOFF):.2g}")
         if far != "auto":
             front = min(front, far)
     if far == "auto":
         far = kind.far_edge(front)
-    decisions.append(
-        f"mesh: front_edge {front:g}, far_edge {far:g}; estimated error {error.at(front, radius):.1%} of the binding area"
-        f" at t = 0.01, where the front is at r = {radius:.2f}, less later."
-    )
+    told = f"mesh: front_edge {front:g} up to a slope of {fine:g}°, far_edge {far:g}"
+    if scouts:
+        told += (
+            f"; estimated error {error.at(front, scouts[1].early_radius):.1%} of the binding area when the front is at"
+            f" r = {scouts[1].early_radius:.2g}, less later"
+        )
+    decisions.append(f"{told}.")
     if mesh.axes[0] != mesh.axes[1]:
         decisions.append(
             "start: a spheroid of axes {:g} : {:g}, reduced volume {:.3f}; a0 is the diameter of the sphere of equal"
             " volume.".format(*mesh.axes, reduced_volume(spheroid_area(mesh.axes)))
         )
-    mesh = mesh.model_copy(update={"front_edge": front, "far_edge": far})
-    _tell_size(case, kind.mesh_size(mesh), seen, decisions)
+    mesh = mesh.model_copy(update={"front_edge": front, "far_edge": far, "fine_angle": fine})
+    _tell_size(case, kind.mesh_size(mesh), scouts[1] if scouts else None, decisions)
     return mesh
 
 
-def _tell_mesh_in_file(case, kind, error, radius, decisions):
+def _calibrated(error, scouts):
+    """The error model with its constant as the difference of the two scouts of this scene tells, within TRUST."""
+    coarser, finer = scouts
+    measured = _largest_difference(coarser, finer) / ((coarser.front_edge / finer.front_edge) ** MESH_ORDER - 1.0)
+    by_model = KINDS["axisymmetric"].mesh_error(None, finer.bends).at(finer.front_edge, finer.early_radius)
+    return error._replace(constant=error.constant * float(np.clip(measured / by_model, *TRUST)))
+
+
+def _tell_mesh_in_file(case, kind, error, decisions):
     """Tell what the mesh in a file comes to; return the section as it is."""
     x, faces = read_mesh(case.mesh.file, case.mesh.sha256)
     front, longest = measured_edges(x, faces)
     decisions.append(
-        f"mesh: {case.mesh.file}, edges of {front:.2g} near the contact and of {longest:.2g} at most; estimated error"
-        f" {error.at(front, radius):.1%} of the binding area at t = 0.01, if the front is at r = {radius:.2f} then."
+        f"mesh: {case.mesh.file}, edges of {front:.2g} near the contact and of {longest:.2g} at most; its error"
+        f" depends on how far the front is: {error.at(front, 0.2):.1%} of the binding area at r = 0.2."
     )
     decisions.append(
         f"start: that mesh, reduced volume {reduced_volume(triangles_area(x, faces)):.3f}; a0 is the diameter of the"

@@ -90,6 +90,17 @@ def build_body(case):
     return KINDS[case.model].start(case.mesh, case.membrane)
 
 
+def method_of(case):
+    """Name in METHODS of what solves the balance of ``case``: Newton's method on a meridian, where it is faster.
+
+    Raises CaseError where Newton's method is asked for on another body.
+    """
+    method, has_axis = case.solver.method, KINDS[case.model].KEEPS_AXIS
+    if method == "newton" and not has_axis:
+        raise CaseError(f"{case.name}: solver.method: newton is for meridians; take relaxation or auto on a surface.")
+    return "newton" if method == "newton" or (method == "auto" and has_axis) else case.solver.damping
+
+
 class Spreading:
     """A scene: a vesicle above its substrate, and the step that carries a `State` of it on.
 
@@ -107,7 +118,7 @@ class Spreading:
             case.receptors.frozen,
         )
         self.limits = Limits(case.tolerance, case.solver.max_iterations)
-        self.solve = METHODS[case.solver.damping if case.solver.method == "relaxation" else case.solver.method]
+        self.solve = METHODS[method_of(case)]
         self.scratch = allocate(self.x_start)
         self.transport = receptors.transport(len(self.x_start), len(self.body.edges))
 

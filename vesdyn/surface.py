@@ -98,7 +98,9 @@ def start(mesh, membrane):
     """
     if mesh.file is None:
         check_memory(mesh_size(mesh).nodes, BYTES)
-        x, faces = graded_sphere(mesh.front_edge, mesh.far_edge, mesh.layout, mesh.axes)
+        x, faces = graded_sphere(
+            mesh.front_edge, mesh.far_edge, mesh.layout, mesh.axes, fine_angle=np.radians(mesh.fine_angle)
+        )
     else:
         x, faces = read_mesh(mesh.file, digest=mesh.sha256)
         check_memory(len(x), BYTES)
@@ -118,7 +120,7 @@ def far_edge(front_edge):
 def mesh_size(mesh):
     """`vesdyn.body.MeshSize` of the section ``mesh`` of a case; CaseError for a file that cannot be used."""
     if mesh.file is None:
-        nodes = expected_nodes(mesh.front_edge, mesh.far_edge, mesh.axes)[1]
+        nodes = expected_nodes(mesh.front_edge, mesh.far_edge, mesh.axes, np.radians(mesh.fine_angle))[1]
     else:
         nodes = float(len(read_mesh(mesh.file, digest=mesh.sha256)[0]))
     seconds, at, exponent = STEP_TIME
