@@ -10,16 +10,17 @@ from scipy.spatial import ConvexHull, Delaunay
 
 from vesdyn import relaxation
 from vesdyn.adhesion import Linear, TractionSeparation
-from vesdyn.balance import Balance, Limits, allocate
+from vesdyn.balance import Balance, Limits, allocate, tangent
 from vesdyn.body import add_elastic_forces, add_stiffness_bounds
 from vesdyn.case import Case
 from vesdyn.diagnostics import Moment
 from vesdyn.meridian import build_meridian
 from vesdyn.meshing import graded_meridian, graded_sphere
-from vesdyn.spreading import Spreading
+from vesdyn.spreading import METHODS, Spreading
 from vesdyn.surface import build_surface
 
 BODIES = ("axisymmetric", "surface")
+WAYS = [(model, method) for model in BODIES for method in METHODS if (model, method) != ("surface", "newton")]
 
 
 def table(name):
@@ -114,35 +115,8 @@ def stiffness_ratio(body, x, pressure):
 
 
 def stiffness_matrix(body, x):
-    """Sparse second derivatives of the elastic energy: nodes that share no force are displaced together."""
-    n, d = x.shape
-    i, j = body.edges.astype(int).T
-    centre, member = [np.arange(n), i, j], [np.arange(n), j, i]
-    if hasattr(body, "stencils") and len(body.stencils.neighbour):
-        centre.append(np.repeat(np.arange(n), np.diff(body.stencils.start.astype(int))))
-        member.append(body.stencils.neighbour)
-    centre, member = np.concatenate(centre), np.concatenate(member)
-    stencil = sparse.csr_array((np.ones(len(centre)), (centre, member)), (n, n))
-    pattern = sparse.csr_array(stencil.T @ stencil)
-    clash = sparse.csr_array(pattern @ pattern)
-    group = np.full(n, -1)
-    for node in range(n):
-        taken = set(group[clash.indices[clash.indptr[node] : clash.indptr[node + 1]]])
-        group[node] = next(g for g in range(n) if g not in taken)
-    rows, columns = pattern.tocoo().coords
-    h = 1e-4 * np.sqrt(body.reference_area.min())  # truncation and round-off both near 1e-8
-    values = np.empty((len(rows), d, d))
-    for g in range(group.max() + 1):
-        entries = np.flatnonzero(group[columns] == g)
-        for k in range(d):
-            step = np.zeros_like(x)
-            step[group == g, k] = h
-            change = forces(body, x + step)[0] - forces(body, x - step)[0]
-            values[entries, :, k] = -change[rows[entries]] / (2 * h)
-    at = np.broadcast_arrays(
-        d * rows[:, None, None] + np.arange(d)[:, None], d * columns[:, None, None] + np.arange(d)
-    )
-    K = sparse.csr_array((values.ravel(), (at[0].ravel(), at[1].ravel())), (n * d, n * d))
+    """Sparse second derivatives of the elastic energy (`vesdyn.balance.tangent` without anything else)."""
+    K = tangent(balance_of(body, x), x, 0.0, allocate(x))
     return 0.5 * (K + K.T)
 
 
@@ -175,6 +149,12 @@ def balance_of(body, x, volume=np.pi / 6.0, viscosity=0.0, traction=0.0, cutoff=
     adhesion = TractionSeparation(Linear(float(cutoff)), float(traction), 8.0, frozen)
     number = forces(body, x)[2].copy()
     return Balance(body, adhesion, float(viscosity), float(volume), number, np.ones(len(x)), x.copy())
+
+
+def solved(balance, starts, tolerance, method="viscous", max_iterations=200_000, pressure=0.0):
+    """The `vesdyn.balance.Solution` that an entry of METHODS finds from one of ``starts``."""
+    limits = Limits(float(tolerance), int(max_iterations))
+    return METHODS[method](balance, starts, float(pressure), limits, allocate(starts[0]))
 
 
 def relaxed(balance, x, tolerance, kinetic=False, lighter=1.0, max_iterations=200_000, pressure=0.0):

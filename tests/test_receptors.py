@@ -25,11 +25,11 @@ class FrozenMembrane:
         self.x, body = sphere(model, front_edge, 2.0 * front_edge, layout=layout)
         self.edges, self.ligand_ratio = body.edges, ligand_ratio
         self.area = forces(body, self.x)[2].copy()
-        self.work = receptors.transport(len(self.x), len(body.edges))
-        edge_conductances(body.topology, self.x, self.work.conductance)
+        self.scratch = receptors.transport(len(self.x), len(body.edges))
+        edge_conductances(body.topology, self.x, self.scratch.conductance)
         self.ligands = np.ones(len(self.x))
         adhesion = TractionSeparation(Linear(CUTOFF), 1.0, ligand_ratio, False)
-        set_boltzmann_exponents(2.0 * depth / CUTOFF, adhesion, self.ligands, self.x, self.work.exponent)
+        set_boltzmann_exponents(2.0 * depth / CUTOFF, adhesion, self.ligands, self.x, self.scratch.exponent)
         self.number = self.area.copy()  # c = 1
 
     @property
@@ -38,7 +38,7 @@ class FrozenMembrane:
 
     def step(self, dt):
         assert receptors.step_receptors(
-            self.edges, self.area, self.ligand_ratio, self.ligands, dt, self.number, self.work
+            self.edges, self.area, self.ligand_ratio, self.ligands, dt, self.number, self.scratch
         )
 
     def settle(self):
@@ -46,7 +46,7 @@ class FrozenMembrane:
             self.step(dt)
 
     def largest_drop(self):
-        return np.abs(np.diff(self.work.exponent[self.edges], axis=1)).max()
+        return np.abs(np.diff(self.scratch.exponent[self.edges], axis=1)).max()
 
 
 # Bernoulli's function
@@ -102,7 +102,7 @@ def test_zero_flux_state_is_nodally_exact(model, depth):
     """c = C exp(phi) at the nodes, C from the number, to the 1e-8 that the solver's 1e-12 leaves."""
     membrane = FrozenMembrane(model, 0.05, depth)
     membrane.settle()
-    boltzmann = np.exp(membrane.work.exponent)
+    boltzmann = np.exp(membrane.scratch.exponent)
     exact = boltzmann * membrane.area.sum() / np.sum(membrane.area * boltzmann)
     assert np.abs(membrane.density / exact - 1.0).max() < 1e-8
 
@@ -116,7 +116,7 @@ def test_far_density_converges_to_the_closed_form(model, depth):
     for edge in edges:
         membrane = FrozenMembrane(model, edge, depth)
         # the state itself is nodally exact (above), so it need not be marched to
-        boltzmann = np.exp(membrane.work.exponent)
+        boltzmann = np.exp(membrane.scratch.exponent)
         error.append(membrane.area.sum() / np.sum(membrane.area * boltzmann) / FAR_DENSITY[depth] - 1.0)
     assert np.all(np.abs(error) < (depth * edges) ** 2)
     if model == "axisymmetric":  # on triangles the errors below and above the curve cancel, with changing sign
@@ -134,7 +134,7 @@ def test_saturated_zero_flux_state_has_the_slope_of_the_ligands(model):
     for edge in edges:
         membrane = FrozenMembrane(model, edge, depth, q)
         membrane.settle()
-        exact = 1.0 - q * depth * CUTOFF / 3.0 + q * membrane.work.exponent
+        exact = 1.0 - q * depth * CUTOFF / 3.0 + q * membrane.scratch.exponent
         assert membrane.density.min() > q
         error.append(np.abs(membrane.density - exact).max())
     assert fitted_order(edges, error) == pytest.approx(2.0, abs=0.3)
@@ -155,11 +155,11 @@ def test_ligands_no_longer_matter_when_they_are_not_scarce(model):
 def assembled(membrane, dt):
     """A + dt L as a sparse matrix, each entry from F_ij = w_ij [B(u) c_i - B(-u) c_j]."""
     i, j = membrane.edges.astype(int).T
-    u = membrane.work.exponent[i] - membrane.work.exponent[j]
+    u = membrane.scratch.exponent[i] - membrane.scratch.exponent[j]
     with np.errstate(invalid="ignore"):
         leaving = np.where(u == 0.0, 1.0, u / np.expm1(u))
         entering = np.where(u == 0.0, 1.0, -u / np.expm1(-u))
-    w = dt * membrane.work.conductance
+    w = dt * membrane.scratch.conductance
     n = len(membrane.area)
     rows = np.concatenate([i, i, j, j, np.arange(n)])
     columns = np.concatenate([i, j, i, j, np.arange(n)])
@@ -185,11 +185,11 @@ def test_matrix_of_the_step_keeps_density_positive_and_the_number(model):
     """An M-matrix with columns that sum to the areas; from the compiled product, column by column."""
     membrane = FrozenMembrane(model, 0.15, 5.0)
     n = len(membrane.area)
-    receptors.set_flux_coefficients(membrane.edges, PLENTY, membrane.ligands, 1.0, membrane.work)
+    receptors.set_flux_coefficients(membrane.edges, PLENTY, membrane.ligands, 1.0, membrane.scratch)
     matrix = np.zeros((n, n))
     for i, unit in enumerate(np.eye(n)):
         column = np.zeros(n)
-        receptors.apply(membrane.edges, membrane.area, membrane.work, unit, column)
+        receptors.apply(membrane.edges, membrane.area, membrane.scratch, unit, column)
         matrix[:, i] = column
     size = np.abs(matrix).max()
     assert matrix == pytest.approx(assembled(membrane, 1.0).toarray(), abs=1e-13 * size)
@@ -202,10 +202,10 @@ def test_interpreted_kernel_gives_what_the_compiled_one_gives():
     compiled, interpreted = membrane.number.copy(), membrane.number.copy()
     other = FrozenMembrane("axisymmetric", 0.08, 3.0, 1.2)
     arguments = (membrane.edges, membrane.area, 1.2, membrane.ligands, 0.01)
-    receptors.step_receptors(*arguments, compiled, membrane.work)
-    receptors.step_receptors.py_func(*arguments, interpreted, other.work)
-    receptors.set_flux_coefficients.py_func(membrane.edges, 1.2, membrane.ligands, 0.01, other.work)
-    receptors.set_flux_coefficients(membrane.edges, 1.2, membrane.ligands, 0.01, membrane.work)
+    receptors.step_receptors(*arguments, compiled, membrane.scratch)
+    receptors.step_receptors.py_func(*arguments, interpreted, other.scratch)
+    receptors.set_flux_coefficients.py_func(membrane.edges, 1.2, membrane.ligands, 0.01, other.scratch)
+    receptors.set_flux_coefficients(membrane.edges, 1.2, membrane.ligands, 0.01, membrane.scratch)
     # contraction and reassociation in the compiled sums: round-off
     assert compiled == pytest.approx(interpreted, rel=1e-12)
-    assert membrane.work.forth == pytest.approx(other.work.forth, rel=1e-12)
+    assert membrane.scratch.forth == pytest.approx(other.scratch.forth, rel=1e-12)

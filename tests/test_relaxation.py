@@ -1,11 +1,19 @@
-"""Dynamic relaxation: the balance it finds does not depend on the way, and failures have names."""
+"""Ways to solve the balance: what they find does not depend on the way, and failures have names.
+
+Each entry of METHODS is tried on each body that it can solve; what is of the relaxation alone stands at the end.
+"""
 
 import numpy as np
 import pytest
-from measure import BODIES, balance_of, relaxed, sphere
+from measure import BODIES, WAYS, balance_of, relaxed, solved, sphere
+from numba.core.runtime import _nrt_python, rtsys
 
-from vesdyn.adhesion import adhesion_load
-from vesdyn.balance import CONVERGED, DIVERGED, STALLED, allocate, set_forces
+from vesdyn import newton, relaxation
+from vesdyn.adhesion import TractionSeparation, adhesion_load, double_well, linear
+from vesdyn.balance import CONVERGED, DIVERGED, STALLED, UNFINISHED, Limits, allocate, set_forces
+from vesdyn.case import Adhesion, Case
+from vesdyn.errors import CaseError
+from vesdyn.spreading import METHODS, Spreading
 
 TOLERANCE = 1e-8
 DRAG = 0.07 / 0.002  # of the typical case, over its coupling step
@@ -31,20 +39,26 @@ def test_result_does_not_depend_on_the_damping(model):
     assert one.pressure == pytest.approx(other.pressure, abs=1e-5)
 
 
-@pytest.mark.parametrize("model", BODIES)
-def test_result_does_not_depend_on_the_start(model):
+@pytest.mark.parametrize("model, method", WAYS)
+def test_result_does_not_depend_on_the_method_nor_on_the_start(model, method):
     balance, x = spreading_balance(model)
     ahead = x * [1.03, 0.97] if model == "axisymmetric" else x * [1.03, 1.03, 0.97]
-    one, other = relaxed(balance, x, TOLERANCE)[0], relaxed(balance, ahead, TOLERANCE)[0]
-    assert np.abs(one - other).max() < TOLERANCE * (2.416 + 1.81) / DRAG * 100
+    one = solved(balance, (x,), TOLERANCE)
+    for starts in ((x,), (ahead,), (x, ahead)):
+        stored = [start.copy() for start in starts]
+        other = solved(balance, starts, TOLERANCE, method)
+        assert other.status == CONVERGED and other.residual <= TOLERANCE
+        assert np.abs(one.x - other.x).max() < TOLERANCE * (2.416 + 1.81) / DRAG * 100  # as above
+        assert one.pressure == pytest.approx(other.pressure, abs=1e-5)
+        assert all(map(np.array_equal, starts, stored))
 
 
-@pytest.mark.parametrize("kinetic", [False, True], ids=["viscous", "kinetic"])
 @pytest.mark.parametrize("viscosity", [DRAG, 0.0], ids=["drag", "static"])
-@pytest.mark.parametrize("model", BODIES)
-def test_contact_is_complementary_and_the_volume_exact(model, viscosity, kinetic):
+@pytest.mark.parametrize("model, method", WAYS)
+def test_contact_is_complementary_and_the_volume_exact(model, method, viscosity):
     balance, start = spreading_balance(model, viscosity=viscosity)
-    x, outcome = relaxed(balance, start, 1e-6, kinetic)
+    outcome = solved(balance, (start,), 1e-6, method)
+    x = outcome.x
     assert outcome.status == CONVERGED
     scratch = allocate(x)
     volume = set_forces(balance, x, scratch)
@@ -67,6 +81,82 @@ def test_contact_is_complementary_and_the_volume_exact(model, viscosity, kinetic
     )
     drag = np.sum(viscosity * balance.body.reference_area * (x - start)[:, -1])
     assert reaction == pytest.approx(adhesion + drag, rel=1e-4)
+
+
+@pytest.mark.parametrize("model, method", WAYS)
+def test_what_cannot_be_balanced_is_a_stall_or_a_divergence(model, method):
+    """Half the volume that the membrane can hold on to: nobody reaches it in a few iterations."""
+    balance, x = spreading_balance(model)
+    short = solved(balance._replace(volume=2.0 * balance.volume), (x,), 1e-14, method, max_iterations=5)
+    assert short.status == STALLED and short.iterations == 5 and short.residual > 1e-14
+    broken = x.copy()
+    broken[len(x) // 2, -1] = np.nan
+    assert solved(balance, (broken,), TOLERANCE, method, max_iterations=50).status == DIVERGED
+
+
+# Newton's method -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("why", ["singular", "no step helps", "too few iterations"])
+def test_newton_hands_over_to_the_relaxation_where_it_does_not_converge(why, monkeypatch):
+    balance, x = spreading_balance("axisymmetric")
+    expected = solved(balance, (x,), TOLERANCE)
+    assert not np.array_equal(solved(balance, (x,), TOLERANCE, "newton").x, expected.x)  # alone it takes another way
+    if why == "singular":
+        monkeypatch.setattr(newton, "_step", lambda *arguments: None)
+    elif why == "no step helps":
+        monkeypatch.setattr(newton, "_step", lambda balance, x, *rest: (np.full_like(x, 1e-3), 0.0))
+    else:
+        monkeypatch.setattr(newton, "_ITERATIONS", 1)
+    found = solved(balance, (x,), TOLERANCE, "newton")
+    assert np.array_equal(found.x, expected.x) and found[1:] == expected[1:]
+
+
+def test_newton_needs_a_meridian():
+    balance, x = spreading_balance("surface")
+    with pytest.raises(CaseError, match="newton .* meridian"):
+        solved(balance, (x,), TOLERANCE, "newton")
+    for keys in ({"model": "surface"}, {"model": "auto", "ligands.pattern": "stripe"}):
+        with pytest.raises(CaseError, match="solver.method: newton .* relaxation"):
+            Case(name="a", **keys, **{"solver.method": "newton"})
+    sim = Spreading(Case(name="a", model="axisymmetric", **{"solver.method": "newton", "mesh.front_edge": 0.1, "mesh.far_edge": 0.1}))
+    assert sim.solve is METHODS["newton"]
+
+
+# The relaxation ------------------------------------------------------------------------------------------
+
+
+LAWS = {
+    "linear": linear(Adhesion()),
+    "double_well": double_well(Adhesion(law="double_well")),
+}
+
+
+@pytest.mark.parametrize("kinetic", [False, True], ids=["viscous", "kinetic"])
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("thickness", [0.0, 0.05], ids=["membrane", "shell"])
+@pytest.mark.parametrize("model", BODIES)
+def test_nothing_is_allocated_in_the_loop(model, thickness, law, kinetic):
+    """What compiled code allocates for ten iterations it allocates for a thousand."""
+    x, body = sphere(model, 0.12, 0.2, 1.81, 1.05, thickness=thickness)
+    balance = balance_of(body, x, viscosity=DRAG)._replace(adhesion=TractionSeparation(LAWS[law], 2.416, 8.0, False))
+    x, scratch = x.copy(), allocate(x)
+    relaxation.set_fictitious_mass(balance, x, 0.0, scratch)
+    limits = Limits(0.0, 10**6)  # so that it does not end
+
+    def allocations(iterations):
+        progress = relaxation.begin(0.0, scratch)
+        before = rtsys.get_allocation_stats().alloc
+        progress = relaxation.relax(balance, limits, x, progress, kinetic, iterations, scratch)
+        assert progress.status == UNFINISHED and progress.iterations == iterations
+        return rtsys.get_allocation_stats().alloc - before
+
+    _nrt_python.memsys_enable_stats()
+    try:
+        allocations(1)  # compiles
+        assert allocations(1000) == allocations(10)
+    finally:
+        _nrt_python.memsys_disable_stats()
 
 
 @pytest.mark.parametrize("model", BODIES)

@@ -124,5 +124,3 @@ def by_type(signature):
 
     return generic
 
-
-by_body = by_type

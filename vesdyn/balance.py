@@ -1,4 +1,4 @@
-"""Equation (6) of one coupling step: its forces, its potential, and a bound on its stiffness.
+"""Equation (6) of one coupling step: its forces, its potential, its tangent, and a bound on its stiffness.
 
     0 = -dE/dx + p dV/dx + f_adhesion(x) + f_contact - (drag/dt) A0 (x - x_rest),   V(x) = V0     (6)
 
@@ -8,15 +8,17 @@ held on their nodes its solutions are stationary points of an incremental potent
 from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
 
 from vesdyn._jit import njit
 from vesdyn.adhesion import adhesion_load, adhesion_potential, steepest_load
-from vesdyn.body import add_elastic_forces, add_stiffness_bounds, dimension, elastic_energy
+from vesdyn.body import add_elastic_forces, add_stiffness_bounds, dimension, elastic_energy, neighbours
 from vesdyn.errors import RunError
 from vesdyn.substrate import gap_of, normal_axis
 
 CONVERGED, DIVERGED, STALLED, UNFINISHED = 0, 1, 2, 3
 VOLUME_TOLERANCE = 1e-11  # relative error of the enclosed volume that a solution may have
+NUDGE = 1e-5  # of the distance to the next node: displacement of the differences in `tangent`
 
 
 class NoBalanceError(RunError):
@@ -121,3 +123,52 @@ def set_stiffness_bound(balance, x, pressure, bound):
     for i in range(bound.shape[0]):
         softening = steepest_load(balance.adhesion, balance.number[i], body.reference_area[i], balance.ligands[i])
         bound[i] = bound[i] + balance.viscosity * body.reference_area[i] + softening
+
+
+def tangent(balance, x, pressure, scratch):
+    """Tangent -dF/dx [kT/a0^2] of all forces F at fixed ``pressure`` [kT/a0^3]: csr, (n_nodes d, n_nodes d).
+
+    F is what `set_forces` gives with the pressure, contact left out, at positions ``x`` (n_nodes, d) [a0]. Central
+    differences of second order: nodes that share no force are displaced at once. Where a traction law has a kink, or a
+    node touches the plane, the mean of both sides. Symmetric wherever there is a potential, which a frozen or saturated
+    density has not, and but for the rows of coordinates that a body holds fast. Overwrites ``scratch.nodal``.
+    """
+    n, d = x.shape
+    pattern = neighbours(balance.body)
+    moved, colours = neighbour_distance(pattern, x) * NUDGE, apart(pattern)
+    rows, columns = pattern.tocoo().coords
+    values = np.empty((len(rows), d, d))
+    for colour in range(colours.max() + 1):
+        at_once = colours == colour
+        entries = np.flatnonzero(at_once[columns])
+        for k in range(d):
+            change = np.zeros((n, d))
+            for side in (1.0, -1.0):
+                y = x.copy()
+                y[at_once, k] += side * moved[at_once]
+                set_forces(balance, y, scratch)
+                change += side * (scratch.nodal[:, :d] + pressure * scratch.nodal[:, d : 2 * d])
+            values[entries, :, k] = -change[rows[entries]] / (2.0 * moved[columns[entries]])[:, None]
+    row, column = np.broadcast_arrays(
+        d * rows[:, None, None] + np.arange(d)[:, None], d * columns[:, None, None] + np.arange(d)
+    )
+    return sparse.csr_array((values.ravel(), (row.ravel(), column.ravel())), (n * d, n * d))
+
+
+def neighbour_distance(pattern, x):
+    """Distance (n_nodes,) [a0] from each node of ``x`` to the nearest that it is coupled to by ``pattern``."""
+    i, j = pattern.tocoo().coords
+    i, j = i[i != j], j[i != j]
+    nearest = np.full(len(x), np.inf)
+    np.minimum.at(nearest, i, np.linalg.norm(x[i] - x[j], axis=1))
+    return nearest
+
+
+def apart(pattern):
+    """Colours (n_nodes,), 0, 1, ..., such that no node is coupled by ``pattern`` to two nodes of one colour."""
+    clash = sparse.csr_array(pattern @ pattern)
+    colours = np.full(pattern.shape[0], -1)
+    for node in range(len(colours)):
+        taken = set(colours[clash.indices[clash.indptr[node] : clash.indptr[node + 1]]])
+        colours[node] = next(colour for colour in range(len(taken) + 1) if colour not in taken)
+    return colours

@@ -13,8 +13,9 @@ A new kind of body registers one kernel for each function below, and `vesdyn.kin
 from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
 
-from vesdyn._jit import by_body, njit
+from vesdyn._jit import by_type, njit
 
 
 class MeshError(NamedTuple):
@@ -57,16 +58,22 @@ def extended_share(low, high, length, slope, curvature, level):
     return min(1.0, max(straight, 1.0 - distance / length))
 
 
+def sharing(centre, member, n):
+    """Pattern (n, n) of the nodes that meet in some group; entry k puts node ``member[k]`` into group ``centre[k]``."""
+    groups = sparse.csr_array((np.ones(len(centre)), (centre, member)), (int(np.max(centre)) + 1, n))
+    return sparse.csr_array(groups.T @ groups)
+
+
 # Bodies ------------------------------------------------------------------------------------------------------
 
 
-@by_body
+@by_type
 def dimension(body):
     """Coordinates of a node, d: a constant of the body's type, so that compiled loops over it unroll."""
     raise NotImplementedError
 
 
-@by_body
+@by_type
 def add_elastic_forces(body, x, nodal):
     """Add elastic forces, volume gradient and current areas to the rows of ``nodal``; return the volume.
 
@@ -77,19 +84,28 @@ def add_elastic_forces(body, x, nodal):
     raise NotImplementedError
 
 
-@by_body
+@by_type
 def add_stiffness_bounds(body, x, pressure, bound):
     """Add to ``bound`` (n_nodes,) [kT/a0^2] so that diag(bound) is above the stiffness of membrane and fluid."""
     raise NotImplementedError
 
 
-@by_body
+@by_type
+def neighbours(body):
+    """Coupling pattern: which nodes' forces change with which node's position, its own included.
+
+    A `scipy.sparse.csr_array` (n_nodes, n_nodes) that is symmetric; only where it has entries counts.
+    """
+    raise NotImplementedError
+
+
+@by_type
 def elastic_energy(body, x):
     """Elastic energy E [kT]."""
     raise NotImplementedError
 
 
-@by_body
+@by_type
 def principal_tensions(body, x, tension):
     """Overwrite ``tension`` (n_elements, 2) [kT/a0^2]: larger first, or meridional and hoop if axisymmetric."""
     raise NotImplementedError
@@ -98,7 +114,7 @@ def principal_tensions(body, x, tension):
 # Topologies --------------------------------------------------------------------------------------------------
 
 
-@by_body
+@by_type
 def edge_conductances(topology, x, conductance):
     """Overwrite ``conductance`` (n_edges,): flux along an edge per unit difference of density (D = 1).
 
@@ -108,7 +124,7 @@ def edge_conductances(topology, x, conductance):
     raise NotImplementedError
 
 
-@by_body
+@by_type
 def set_shares_below(topology, x, level, share):
     """Overwrite ``share`` (n_edges,): the part of each edge that lies below height ``level`` [a0].
 
@@ -119,13 +135,13 @@ def set_shares_below(topology, x, level, share):
     raise NotImplementedError
 
 
-@by_body
+@by_type
 def area_below(topology, x, level, share):
     """Current membrane area [a0^2] below ``level`` [a0], cut where ``share`` says (`set_shares_below`)."""
     raise NotImplementedError
 
 
-@by_body
+@by_type
 def as_triangles(topology, x):
     """Triangles to draw the shape ``x`` with: vertices (n, 3) [a0], outward faces (n_faces, 3), nodes (n,).
 

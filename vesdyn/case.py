@@ -378,6 +378,7 @@ class Case(_Section):
         values |= self._times(problems)
         values |= self._drift(problems)
         values |= self._pattern(problems)
+        self._check_method(problems)
         self._check_perturbation(problems)
         if problems:
             raise ValueError("\n".join(problems))
@@ -508,6 +509,13 @@ class Case(_Section):
                     f" {number(period)}; make it smaller than the period."
                 )
         return {"ligands.width": width, "ligands.period": period}
+
+    def _check_method(self, problems):
+        if self.solver.method == "newton" and not self.on_meridian:
+            why = "a surface" if self.model == "surface" else "a scene without axis, which auto makes a surface"
+            problems.append(
+                f"solver.method: newton cannot solve the balance of {why}; take relaxation, or set model to axisymmetric."
+            )
 
     def _check_perturbation(self, problems):
         perturbation, edge = self.perturbation, self.mesh.front_edge

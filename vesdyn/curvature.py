@@ -43,7 +43,7 @@ NO_STENCILS = Stencils(np.zeros(1, np.uint32), np.zeros(0, np.uint32), np.zeros(
 
 
 class BendingScratch(NamedTuple):
-    """Work arrays of the kernels below, so that none of them allocates; each overwrites what it uses."""
+    """Arrays of the kernels below, so that none of them allocates; each overwrites what it uses."""
 
     table: np.ndarray  # (ROWS * BLOCK,) one number of each vertex of a block after the other
     tangent: np.ndarray  # (largest stencil + 1, 2) C_a of the neighbours of one vertex and, last, of itself [1/a0]

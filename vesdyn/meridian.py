@@ -32,6 +32,7 @@ from vesdyn.neo_hookean import (
 
 CORNERS, XDMF, KEEPS_AXIS = 2, ("Polyline", "XY"), True
 LONGEST_EDGE = 0.02  # [a0]; the errors below were measured on shorter ones
+TOP_EDGE, TOP_TO_FRONT = 0.05, 6.0  # the edge at the top is not longer than this [a0], nor than so many front edges
 MESH_ERROR = {  # by whether there is bending; the paper's cases (d_c 0.06 to 0.18) at front edges of 0.0012 to 0.02
     False: generic.MeshError(1.1, 1.5),
     True: generic.MeshError(15.0, 2.2),
@@ -88,7 +89,7 @@ def mesh_error(mesh, bending):
 
 def far_edge(front_edge):
     """Edge length [a0] far above the substrate that goes with ``front_edge``."""
-    return max(front_edge, min(0.05, 6.0 * front_edge))
+    return max(front_edge, min(TOP_EDGE, TOP_TO_FRONT * front_edge))
 
 
 def mesh_size(mesh):
@@ -180,6 +181,18 @@ def add_elastic_forces(body, x, nodal):
     for pole in (0, x.shape[0] - 1):  # kept on the axis
         nodal[pole, 0] = nodal[pole, 2] = 0.0
     return np.nan if inverted else volume
+
+
+@generic.neighbours.register(Meridian)
+def neighbours(body):
+    """See `vesdyn.body.neighbours`: the next node on either side, and with bending the one beyond it."""
+    elements, n = body.topology.elements.astype(int), len(body.reference_area)
+    centre, member = np.repeat(np.arange(len(elements)), 2), elements.ravel()
+    if body.bending_stiffness > 0.0:
+        i, beside = np.arange(1, n - 1)[:, None], np.arange(-1, 2)
+        centre = np.concatenate([centre, len(elements) + np.repeat(np.arange(n - 2), 3)])
+        member = np.concatenate([member, (i + beside).ravel()])
+    return generic.sharing(centre, member, n)
 
 
 @njit

@@ -9,7 +9,8 @@ iteration solves
 for the free coordinates. A node on the plane whose load presses it down is held; one that would pass the plane lands
 on it; one that is pulled off is free again in the next iteration. Neighbouring nodes share forces at most two apart, so
 K has five bands on either side; it is differenced, every fifth node at once. A step is halved while it would turn an
-element over or raise the residual; where that does not help the relaxation (`vesdyn.relaxation`) takes over.
+element over or raise the residual; where that does not help, or leads to a balance of higher potential than the start,
+the relaxation (`vesdyn.relaxation`) takes over.
 """
 import numpy as np
 from scipy.linalg import LinAlgError, solve_banded
@@ -17,12 +18,15 @@ from scipy.linalg import LinAlgError, solve_banded
 from vesdyn import relaxation
 from vesdyn._jit import njit
 from vesdyn.balance import CONVERGED, VOLUME_TOLERANCE, Solution, force_scale, incremental_potential, set_forces
+from vesdyn.body import dimension
+from vesdyn.errors import CaseError
 from vesdyn.substrate import is_held, normal_axis
 
 REACH = 2  # nodes on either side that feel a node
 BANDS = 2 * REACH + 1  # of the matrix, on either side of its diagonal
 _ITERATIONS = 40
 _HALVINGS = 12
+_ROUNDING = 1e-12  # of the potential: what counts as none
 _NUDGE = 1e-6  # of the distance to the neighbours: displacement of the differences
 _LONGEST_MOVE = 0.5  # of the shorter neighbouring segment: longer moves may turn it over
 
@@ -30,14 +34,19 @@ _LONGEST_MOVE = 0.5  # of the shorter neighbouring segment: longer moves may tur
 def newton(balance, starts, pressure, limits, scratch, pause=lambda: None):
     """Balance a meridian by Newton's method from the better of ``starts``; return a `vesdyn.balance.Solution`.
 
-    Arguments as for `vesdyn.relaxation.viscous`, which takes over where the iteration does not converge.
+    Arguments as for `vesdyn.relaxation.viscous`, which takes over where the iteration does not converge. Raises
+    CaseError for any other body.
     """
-    x = min(starts, key=lambda s: incremental_potential(balance, s, pressure, scratch)).copy()
-    pressure, band = float(pressure), np.zeros((2 * BANDS + 1, x.size))
+    if dimension(balance.body) != 2:
+        raise CaseError("solver.method: newton solves the balance of a meridian only; take relaxation, or model: axisymmetric.")
+    start = min(starts, key=lambda s: incremental_potential(balance, s, pressure, scratch))
+    x, guess, band = start.copy(), pressure, np.zeros((2 * BANDS + 1, start.size))
     size, missing = residual(balance, x, pressure, scratch)
     for iteration in range(_ITERATIONS):
         if size <= limits.tolerance and abs(missing) <= VOLUME_TOLERANCE:
-            return Solution(x, CONVERGED, iteration, size, pressure)
+            if not is_lower(balance, x, start, pressure, scratch):
+                break
+            return Solution(x, CONVERGED, iteration, size, float(pressure))
         pause()
         step = _step(balance, x, pressure, missing, scratch, band)
         if step is None:
@@ -54,7 +63,16 @@ def newton(balance, starts, pressure, limits, scratch, pause=lambda: None):
         else:
             break
         x, pressure, size, missing = trial, pressure + share * dp, new_size, new_missing
-    return relaxation.viscous(balance, starts, pressure, limits, scratch, pause)
+    return relaxation.viscous(balance, starts, guess, limits, scratch, pause)
+
+
+def is_lower(balance, x, start, pressure, scratch):
+    """True where the potential at ``x`` is not above that at ``start``: a balance above it is none that the membrane seeks.
+
+    Without drag, for example, a vesicle that hovers beyond the reach of the substrate is in balance as well.
+    """
+    here, before = (incremental_potential(balance, y, pressure, scratch) for y in (x, start))
+    return here <= before + _ROUNDING * abs(before)
 
 
 def _step(balance, x, pressure, missing, scratch, band):

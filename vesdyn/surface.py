@@ -39,6 +39,7 @@ from vesdyn.neo_hookean import (
 
 CORNERS, XDMF, KEEPS_AXIS = 3, ("Triangle", "XYZ"), False
 LONGEST_EDGE = 0.03  # [a0]; the errors below were measured on shorter ones
+TOP_EDGE, TOP_TO_FRONT = 0.05, 3.0  # the edge at the top is not shorter than this [a0], nor than so many front edges
 MESH_ERROR = {  # by layout and whether there is bending; the paper's cases (d_c 0.06 to 0.18), front edges 0.0125 to 0.03
     ("scalloped", False): generic.MeshError(0.4, 1.5),
     ("scalloped", True): generic.MeshError(1.0, 1.5),
@@ -50,6 +51,7 @@ MESH_ERROR = {  # by layout and whether there is bending; the paper's cases (d_c
 BYTES = 11000.0  # a vertex, while the stencils of bending are balanced
 STEP_TIME = 0.05, 8000, 1.8  # [s] of a coupling step at so many vertices, over a whole run of the typical case; the exponent
 ASSEMBLY = 0.75  # of the area terms; up to 0.61 is needed on meshes shaken by a fifth of an edge (tests/test_bodies)
+PAIRED_COTANGENTS = 0.25  # w_a w_b + w_b w_c + w_c w_a of half the cotangents w of any triangle
 
 
 class Triangles(NamedTuple):
@@ -85,7 +87,7 @@ class Surface(NamedTuple):
     bending_stiffness: float  # B [kT]
     stencils: Stencils  # second differences in the reference; of no vertex where B = 0
     rest_curvature: np.ndarray  # (n_vertices, 3) b_0: 11, 22 and 12 [1/a0]
-    scratch: BendingScratch  # work arrays of the bending kernels
+    scratch: BendingScratch  # that the bending kernels overwrite
 
     elements = property(lambda self: self.topology.elements)
     edges = property(lambda self: self.topology.edges)
@@ -114,7 +116,7 @@ def mesh_error(mesh, bending):
 
 def far_edge(front_edge):
     """Edge length [a0] far above the substrate that goes with ``front_edge``."""
-    return max(front_edge, 0.05, 3.0 * front_edge)
+    return max(TOP_EDGE, TOP_TO_FRONT * front_edge)
 
 
 def mesh_size(mesh):
@@ -146,7 +148,7 @@ def build_surface(vertices, faces, shear_modulus, prestretch=1.0, thickness=0.0)
         topology=topology(faces),
         shear_modulus=float(shear_modulus),
         cotangents=np.ascontiguousarray(cotangents),
-        spring_bound=total + np.sqrt(np.maximum(0.0, total**2 - 0.75)),
+        spring_bound=total + np.sqrt(np.maximum(0.0, total**2 - 3.0 * PAIRED_COTANGENTS)),
         element_area=area,
         reference_area=reference_area,
         bending_stiffness=float(bending_stiffness(shear_modulus, thickness)),
@@ -217,6 +219,19 @@ def add_elastic_forces(body, x, nodal):
     if body.bending_stiffness > 0.0:
         add_bending_forces(body, x, nodal)
     return volume / 3.0
+
+
+@generic.neighbours.register(Surface)
+def neighbours(body):
+    """See `vesdyn.body.neighbours`: the corners of a triangle, and with bending all vertices of a stencil."""
+    elements, start = body.topology.elements.astype(int), body.stencils.start.astype(int)
+    corners, vertices = np.repeat(np.arange(len(elements)), 3), np.arange(len(start) - 1)
+    stencils = np.concatenate([vertices, np.repeat(vertices, np.diff(start))])
+    return generic.sharing(
+        np.concatenate([corners, len(elements) + stencils]),
+        np.concatenate([elements.ravel(), vertices, body.stencils.neighbour.astype(int)]),
+        len(body.reference_area),
+    )
 
 
 @njit

@@ -12,17 +12,17 @@ PLENTY = 1e9
 def chain(n, peclet, conductance=1.0):
     """A line of equal nodes whose exponent falls by ``peclet`` along each edge."""
     edges = np.stack([np.arange(n - 1), np.arange(1, n)], axis=1)
-    work = receptors.transport(n, n - 1)
-    work.conductance[:] = conductance
-    work.exponent[:] = -peclet * np.arange(n)
-    return edges, np.ones(n), np.ones(n), work
+    scratch = receptors.transport(n, n - 1)
+    scratch.conductance[:] = conductance
+    scratch.exponent[:] = -peclet * np.arange(n)
+    return edges, np.ones(n), np.ones(n), scratch
 
 
-def central_step(edges, area, number, work, dt):
+def central_step(edges, area, number, scratch, dt):
     """The same implicit step with the mean density in the drift (Galerkin)."""
     matrix = np.diag(area)
-    for (i, j), w in zip(edges, work.conductance):
-        u = work.exponent[i] - work.exponent[j]
+    for (i, j), w in zip(edges, scratch.conductance):
+        u = scratch.exponent[i] - scratch.exponent[j]
         flux = w * dt * np.array([1.0 - 0.5 * u, -(1.0 + 0.5 * u)])
         matrix[i, [i, j]] += flux
         matrix[j, [i, j]] -= flux
@@ -32,21 +32,21 @@ def central_step(edges, area, number, work, dt):
 @pytest.mark.parametrize("peclet", [1.9, 2.1])
 def test_exponential_fitting_stays_positive_where_the_central_scheme_fails(peclet):
     """Cell Peclet number 2 is the limit of central differences: beyond it an off-diagonal changes sign."""
-    edges, area, number, work = chain(12, peclet)
+    edges, area, number, scratch = chain(12, peclet)
     number[:] = 1e-6
     number[-1] = 1.0
-    central = central_step(edges, area, number, work, 1e3)
+    central = central_step(edges, area, number, scratch, 1e3)
     assert (central.min() < 0.0) == (peclet > 2.0)
-    assert receptors.step_receptors(edges, area, PLENTY, np.ones(12), 1e3, number, work)
+    assert receptors.step_receptors(edges, area, PLENTY, np.ones(12), 1e3, number, scratch)
     assert number.min() > 0.0
 
 
 @pytest.mark.parametrize("peclet", [1.0, 10.0, 100.0, 690.0, 1e4])
 def test_no_cell_peclet_number_is_too_large(peclet):
     """exp(peclet) overflows beyond 709: nothing flows uphill, and the number is kept."""
-    edges, area, number, work = chain(12, peclet)
+    edges, area, number, scratch = chain(12, peclet)
     for _ in range(5):
-        assert receptors.step_receptors(edges, area, PLENTY, np.ones(12), 1e-3, number, work)
+        assert receptors.step_receptors(edges, area, PLENTY, np.ones(12), 1e-3, number, scratch)
         assert number.min() > 0.0
     assert number.sum() == pytest.approx(12.0, rel=1e-14)
 
@@ -55,8 +55,8 @@ def test_saturation_is_iterated_to_convergence_just_outside_of_it():
     """Slightly scarce and slightly plentiful ligands give nearly the same step; far outside it still ends."""
     results = []
     for ligand_ratio in (1.0001, 0.9999, 0.01):
-        edges, area, number, work = chain(12, 0.5)
-        assert receptors.step_receptors(edges, area, ligand_ratio, np.ones(12), 0.1, number, work)
+        edges, area, number, scratch = chain(12, 0.5)
+        assert receptors.step_receptors(edges, area, ligand_ratio, np.ones(12), 0.1, number, scratch)
         assert number.min() > 0.0 and number.sum() == pytest.approx(12.0, rel=1e-13)
         results.append(number.copy())
     assert np.abs(results[0] - results[1]).max() < 1e-3
@@ -65,9 +65,9 @@ def test_saturation_is_iterated_to_convergence_just_outside_of_it():
 
 @pytest.mark.parametrize("bad", [np.nan])
 def test_what_is_not_a_number_is_reported(bad):
-    edges, area, number, work = chain(12, 1.0)
+    edges, area, number, scratch = chain(12, 1.0)
     number[5] = bad
-    assert not receptors.step_receptors(edges, area, PLENTY, np.ones(12), 0.1, number, work)
+    assert not receptors.step_receptors(edges, area, PLENTY, np.ones(12), 0.1, number, scratch)
 
 
 def test_drop_of_the_exponent_in_the_typical_case_is_far_inside():

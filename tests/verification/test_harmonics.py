@@ -24,8 +24,8 @@ def amplitudes(model, layout, axis, edge, degree, dt, steps):
     x, body = sphere(model, edge, layout=layout)
     x[:, -1] += 1.0  # off the plane: no receptor is immobile
     area = forces(body, x)[2].copy()
-    work = receptors.transport(len(x), len(body.edges))
-    edge_conductances(body.topology, x, work.conductance)
+    scratch = receptors.transport(len(x), len(body.edges))
+    edge_conductances(body.topology, x, scratch.conductance)
     normal = x.copy()
     normal[:, -1] -= np.sum(area * x[:, -1]) / area.sum()
     normal /= np.linalg.norm(normal, axis=1)[:, None]
@@ -33,7 +33,7 @@ def amplitudes(model, layout, axis, edge, degree, dt, steps):
     number = area * (1.0 + 0.5 * harmonic)
     before = np.sum((number - area) * harmonic)
     for _ in range(steps):
-        assert receptors.step_receptors(body.edges, area, 1e9, np.ones(len(area)), dt, number, work)
+        assert receptors.step_receptors(body.edges, area, 1e9, np.ones(len(area)), dt, number, scratch)
     return before, np.sum((number - area) * harmonic)
 
 
