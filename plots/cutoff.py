@@ -13,6 +13,8 @@ import looks
 import numpy as np
 from looks import DARK, GREEN, LIGHT, RED
 
+from vesdyn.body import element_areas
+from vesdyn.kinds import topology_of
 from vesdyn.study import FAMILIES, area_at
 
 MIDDLE = FAMILIES["figure6"].cases[1]
@@ -53,11 +55,7 @@ def final_area(curve):
 
 def touching_area(frame):
     """Area [a0^2] of the nodes of a stored shape that touch the plane, each a share of its elements'."""
-    corner = frame["position"][frame["elements"]]
-    if corner.shape[1] == 2:  # cones
-        area = np.pi * corner[:, :, 0].sum(axis=1) * np.linalg.norm(corner[:, 1] - corner[:, 0], axis=1)
-    else:
-        area = 0.5 * np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
+    area = element_areas(topology_of(frame["elements"]), frame["position"])
     return float(np.sum(area * (frame["gap"][frame["elements"]] <= 0.0).mean(axis=1)))
 
 

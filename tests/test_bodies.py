@@ -12,10 +12,12 @@ from vesdyn.body import (
     area_below,
     edge_conductances,
     elastic_energy,
+    element_areas,
     principal_tensions,
     set_shares_below,
 )
 from vesdyn.front import front_points
+from vesdyn.kinds import KINDS
 
 H = np.array([8e-3, 4e-3, 2e-3, 1e-3])  # relative steps: truncation far above round-off
 SLOPE = 0.03  # a fitted slope differs from 2 by the next term of the series, about H^2
@@ -181,19 +183,22 @@ def test_start_state_is_free_of_moments(model, layout, prestretch):
 # Geometry, plainly
 
 
-def element_areas(body, x):
-    if x.shape[1] == 2:
-        a, b = x[body.elements[:, 0]], x[body.elements[:, 1]]
-        return np.pi * (a[:, 0] + b[:, 0]) * np.linalg.norm(b - a, axis=1)
-    a, b, c = np.moveaxis(x[body.elements], 1, 0)
-    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+def test_element_areas_are_those_of_whole_elements(kind):
+    """A square of two triangles; a cone of radii 1 and 2 and of height 1 (slant 2^(1/2), mean radius 3/2)."""
+    if kind[0] == "surface":
+        topology, x = KINDS["surface"].topology(np.array([[0, 1, 2], [0, 2, 3]])), np.eye(3)[[0, 0, 1, 1]] * 0.0
+        x[[1, 2], 0] = x[[2, 3], 1] = 3.0
+        assert element_areas(topology, x) == pytest.approx([4.5, 4.5])
+    else:
+        topology, x = KINDS["axisymmetric"].topology(np.array([[0, 1]])), np.array([[1.0, 0.0], [2.0, 1.0]])
+        assert element_areas(topology, x) == pytest.approx([3.0 * np.pi * 2.0**0.5])
 
 
 def test_nodal_areas_sum_to_the_area(kind):
     x, body = shape(*kind)
     area = forces(body, x)[2]
     assert area.min() > 0.0
-    assert area.sum() == pytest.approx(element_areas(body, x).sum(), rel=1e-14)
+    assert area.sum() == pytest.approx(element_areas(body.topology, x).sum(), rel=1e-14)
 
 
 def test_triangle_tensions_against_the_singular_values_of_the_deformation_gradient():
@@ -265,7 +270,7 @@ def test_area_below_everything_and_below_nothing(kind):
     share = np.full(len(body.edges), np.nan)
     set_shares_below(body.topology, x, 2.0, share)
     assert np.all(share == 1.0)
-    assert area_below(body.topology, x, 2.0, share) == pytest.approx(element_areas(body, x).sum(), rel=1e-13)
+    assert area_below(body.topology, x, 2.0, share) == pytest.approx(element_areas(body.topology, x).sum(), rel=1e-13)
     lowest = x[:, -1].min()
     set_shares_below(body.topology, x, lowest, share)
     assert np.all(share == 0.0) and area_below(body.topology, x, lowest, share) == 0.0
@@ -321,7 +326,7 @@ def test_cone_conductances_are_area_over_squared_length():
     conductance = np.zeros(len(body.edges))
     assert edge_conductances(body.topology, x, conductance) == 0
     length = np.linalg.norm(np.diff(x, axis=0), axis=1)
-    assert conductance == pytest.approx(element_areas(body, x) / length**2, rel=1e-13)
+    assert conductance == pytest.approx(element_areas(body.topology, x) / length**2, rel=1e-13)
 
 
 def test_an_element_conducts_nothing_when_all_its_nodes_touch(kind):

@@ -10,7 +10,7 @@ from vesdyn.case import Case
 from vesdyn.case_file import load_case
 from vesdyn.diagnostics import Moment
 from vesdyn.errors import CaseError
-from vesdyn.planning import needs_planning, plan
+from vesdyn.planning import in_units, needs_planning, plan
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import march
 from vesdyn.storage import RunDirectory
@@ -54,6 +54,12 @@ def test_bodies_agree_on_a_spheroid(axes):
     assert seen["surface"]["height"] == pytest.approx(height, rel=0.03)
 
 
+def test_plan_tells_that_a_mesh_is_too_large(monkeypatch):
+    monkeypatch.setattr("vesdyn.planning.machine_memory", lambda: 4e3)
+    _, decisions = plan(Case(name="a", model="auto", accuracy=0.05, mesh=COARSE, **BRIEF))
+    assert "of memory while the mesh is made; this machine has 4 kB, so the run would be refused." in told(decisions, "size:")
+
+
 def test_flat_side_down_binds_more_at_once():
     """The contact of a spheroid is of curvature radius a^2/b: an oblate one has more membrane near the plane."""
     areas = []
@@ -69,6 +75,7 @@ def test_plan_tells_the_reduced_volume_and_the_size():
     _, decisions = plan(Case(name="a", model="auto", accuracy=0.05, mesh={"axes": [2, 1], **COARSE}, **BRIEF))
     assert "a spheroid of axes 2 : 1, reduced volume 0.872; a0 is the diameter" in told(decisions, "start:")
     assert "nodes, " in told(decisions, "size:") and "steps take very roughly" in told(decisions, "size:")
+    assert in_units(1.5e9, {"GB": 1e9, "MB": 1e6}) == "1,500 MB" and in_units(90.0, {"minutes": 60.0, "s": 1.0}) == "90 s"
     _, decisions = plan(Case(name="a", model="auto", accuracy=0.05, mesh=COARSE, **BRIEF))
     assert not any(text.startswith("start:") for text in decisions)
 

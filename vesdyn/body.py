@@ -142,6 +142,12 @@ def area_below(topology, x, level, share):
 
 
 @by_type
+def element_areas(topology, x):
+    """Current area (n_elements,) [a0^2] of each element, plainly: for pictures and studies."""
+    raise NotImplementedError
+
+
+@by_type
 def as_triangles(topology, x):
     """Triangles to draw the shape ``x`` with: vertices (n, 3) [a0], outward faces (n_faces, 3), nodes (n,).
 

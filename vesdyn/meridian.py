@@ -409,6 +409,13 @@ def area_below(topology, x, level, share):
     return total
 
 
+@generic.element_areas.register(Cones)
+def element_areas(topology, x):
+    """See `vesdyn.body.element_areas`: those of whole cones."""
+    a, b = np.moveaxis(x[topology.elements], 1, 0)
+    return np.pi * (a[:, 0] + b[:, 0]) * np.linalg.norm(b - a, axis=1)
+
+
 @generic.as_triangles.register(Cones)
 def as_triangles(topology, x):
     """See `vesdyn.body.as_triangles`: the meridian turned about the axis."""

@@ -18,7 +18,7 @@ from vesdyn.diagnostics import Moment
 from vesdyn.errors import CaseError
 from vesdyn.kinds import KINDS
 from vesdyn.koiter import bending_stiffness
-from vesdyn.meshing import measured_edges, read_mesh, reduced_volume, spheroid_area, triangles_area
+from vesdyn.meshing import machine_memory, measured_edges, read_mesh, reduced_volume, spheroid_area, triangles_area
 from vesdyn.spreading import Spreading, method_of
 from vesdyn.stepping import is_steady, march
 from vesdyn.substrate import gaps
@@ -265,22 +265,32 @@ def _tell_mesh_in_file(case, kind, error, decisions):
 
 
 def _tell_size(case, size, seen, decisions):
-    told = f"size: about {size.nodes:.2g} nodes, {size.memory / 1e6:.2g} MB while the mesh is made"
+    told = f"size: about {_rounded(size.nodes)} nodes, {in_units(size.memory, _BYTES)} of memory while the mesh is made"
+    if size.memory > (held := machine_memory()):
+        decisions.append(f"{told}; this machine has {in_units(held, _BYTES)}, so the run would be refused.")
+        return
     steps = 0
     if case.time.step != "auto":
         steps = case.time.end / case.time.step
     elif seen:
         steps = len(seen.curve) * (SCOUT_ACCURACY / case.accuracy) ** 0.5
-    told += f"; {steps:.2g} steps take very roughly {duration(steps * size.step)}." if steps else "."
-    decisions.append(told)
+    if steps:
+        told += f"; {_rounded(steps)} steps take very roughly {in_units(steps * size.step, _SECONDS)}"
+    decisions.append(f"{told}.")
 
 
-def duration(seconds):
-    """Time in the unit that a person would use."""
-    for unit, length in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
-        if seconds >= 2.0 * length:
-            return f"{seconds / length:.2g} {unit}"
-    return f"{seconds:.2g} seconds"
+_BYTES = {"TB": 1e12, "GB": 1e9, "MB": 1e6, "kB": 1e3}
+_SECONDS = {"days": 86400.0, "hours": 3600.0, "minutes": 60.0, "seconds": 1.0}
+
+
+def _rounded(number):
+    return f"{float(f'{number:.2g}'):,.0f}"
+
+
+def in_units(amount, units):
+    """The ``amount`` in the largest of ``units`` (name to size) of which it has two, in two digits."""
+    name, size = next(((n, s) for n, s in units.items() if amount >= 2.0 * s), list(units.items())[-1])
+    return f"{float(f'{amount / size:.2g}'):,g} {name}"
 
 
 def _tell_tolerance(case, decisions):

@@ -416,6 +416,13 @@ def area_below(topology, x, level, share):
     return total
 
 
+@generic.element_areas.register(Triangles)
+def element_areas(topology, x):
+    """See `vesdyn.body.element_areas`."""
+    a, b, c = np.moveaxis(x[topology.elements], 1, 0)
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+
+
 @generic.as_triangles.register(Triangles)
 def as_triangles(topology, x):
     """See `vesdyn.body.as_triangles`: the triangles themselves."""
