@@ -137,7 +137,17 @@ def set_shares_below(topology, x, level, share):
 
 @by_type
 def area_below(topology, x, level, share):
-    """Current membrane area [a0^2] below ``level`` [a0], cut where ``share`` says (`set_shares_below`)."""
+    """Current membrane area [a0^2] below ``level`` [a0] that faces the substrate, cut as ``share`` says (`set_shares_below`)."""
+    raise NotImplementedError
+
+
+@by_type
+def area_facing_away(topology, x, level):
+    """Current area [a0^2] of the elements that lie below ``level`` [a0] as a whole and face away from the substrate.
+
+    The membrane that adheres faces the substrate. A leaf that has turned over it lies on other membrane: the model
+    has no self-contact, and what it computes of such a state is wrong.
+    """
     raise NotImplementedError
 
 

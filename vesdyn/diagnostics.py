@@ -9,7 +9,7 @@ from typing import Callable, NamedTuple
 import numpy as np
 
 from vesdyn.adhesion import adhesion_traction, ligand_density
-from vesdyn.body import area_below, elastic_energy, principal_tensions, set_shares_below
+from vesdyn.body import area_below, area_facing_away, elastic_energy, principal_tensions, set_shares_below
 from vesdyn.front import contact_radius
 from vesdyn.substrate import gaps, touches
 
@@ -120,6 +120,12 @@ COLUMNS = (
     Column("tension_min", "kT/a0^2", "smallest principal tension", lambda m: m.tensions.min()),
     Column("free_tension_min", "kT/a0^2", "smallest principal tension of free membrane", lambda m: m.slackest[0]),
     Column("free_tension_min_height", "a0", "height at which it is met", lambda m: m.slackest[1]),
+    Column(
+        "folded_area",
+        "a0^2",
+        "area within the cutoff that faces away from the substrate",
+        lambda m: area_facing_away(m.sim.body.topology, m.x, m.sim.case.adhesion.cutoff),
+    ),
     Column("clipped_edges", "1", "edges whose negative conductance is set to zero", lambda m: m.state.clipped_edges),
     Column("step_error", "1", "relative difference of the state from the one seen ahead", lambda m: m.state.step_error),
 )

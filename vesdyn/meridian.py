@@ -402,10 +402,24 @@ def area_below(topology, x, level, share):
     total = 0.0
     for e in range(topology.elements.shape[0]):
         a, b = topology.elements[e, 0], topology.elements[e, 1]
+        if x[b, 0] < x[a, 0] and max(x[a, 1], x[b, 1]) < level:
+            continue  # faces away
         if x[a, 1] > x[b, 1]:
             a, b = b, a
         length = share[e] * np.hypot(x[b, 0] - x[a, 0], x[b, 1] - x[a, 1])
         total += np.pi * length * (2.0 * x[a, 0] + share[e] * (x[b, 0] - x[a, 0]))
+    return total
+
+
+@generic.area_facing_away.register(Cones)
+@njit
+def area_facing_away(topology, x, level):
+    """See `vesdyn.body.area_facing_away`: a segment that runs inwards."""
+    total = 0.0
+    for e in range(topology.elements.shape[0]):
+        a, b = topology.elements[e, 0], topology.elements[e, 1]
+        if max(x[a, 1], x[b, 1]) <= level and x[b, 0] < x[a, 0]:
+            total += np.pi * (x[a, 0] + x[b, 0]) * np.hypot(x[b, 0] - x[a, 0], x[b, 1] - x[a, 1])
     return total
 
 

@@ -20,7 +20,7 @@ from vesdyn.kinds import KINDS
 from vesdyn.koiter import bending_stiffness
 from vesdyn.meshing import machine_memory, measured_edges, read_mesh, reduced_volume, spheroid_area, triangles_area
 from vesdyn.spreading import Spreading, method_of
-from vesdyn.stepping import is_steady, march
+from vesdyn.stepping import FoldError, is_steady, march
 from vesdyn.substrate import gaps
 
 SCOUT_ACCURACY = 0.02
@@ -31,7 +31,7 @@ REFINEMENT = 1.6  # from scout to scout
 MESH_ORDER = 2.0  # in the edge: what the difference of two scouts is read by
 TRUST = 0.5, 50.0  # the measured error of a mesh is taken within these multiples of that of the model
 MARGIN, MORE_ANGLE = 1.15, 10.0  # the fine zone against the slope that the front reaches [1, degrees]
-_SCOUTS = 6
+_SCOUTS, _FAILURES = 6, 3  # at most
 BENDING_SHARE = 0.5  # of the wish: an effect of bending above it is computed
 COMPRESSION = 0.01  # of K: free membrane below minus this tension would wrinkle
 
@@ -47,6 +47,7 @@ class Scout(NamedTuple):
     final_time: float  # [a0^2/D]
     steady: bool
     bends: bool
+    folded: str | None  # what the run said where the membrane folded over itself
     tension: float  # smallest principal tension of the free membrane [kT/a0^2], where and when:
     tension_time: float
     tension_height: float
@@ -72,7 +73,7 @@ def needs_planning(case):
 
 
 def scout(case, front_edge, fine_angle):
-    """Run ``case`` on a meridian of these edges; None where no balance is found."""
+    """Run ``case`` on a meridian of these edges as far as it goes; None where it finds no balance."""
     coarse = case.model_copy(
         update={
             "model": "axisymmetric",
@@ -88,19 +89,23 @@ def scout(case, front_edge, fine_angle):
         }
     )
     sim = Spreading(coarse)
-    lowest, rows, reach = (np.inf, 0.0, 0.0), [], 0.0
+    lowest, rows, reach, folded = (np.inf, 0.0, 0.0), [], 0.0, None
     try:
         for state in march(sim):
             moment = Moment(sim, state)
             rows.append((moment.time, moment["binding_area"], moment["contact_radius"]))
             lowest = min(lowest, (moment["free_tension_min"], moment.time, moment["free_tension_min_height"]))
             reach = max(reach, _reach(sim, state))
+    except FoldError as fold:
+        folded = str(fold)
     except NoBalanceError:
+        return None
+    if not rows:
         return None
     t, area, radius = np.array(rows).T
     early = radius[np.argmax(area >= WISHED_FROM * area[-1])]
     end = moment["binding_area"], moment.time, is_steady(sim, state), case.membrane.thickness > 0.0
-    return Scout(front_edge, fine_angle, early, reach, *end, *lowest, np.stack([t, area], axis=1))
+    return Scout(front_edge, fine_angle, early, reach, *end, folded, *lowest, np.stack([t, area], axis=1))
 
 
 def _reach(sim, state):
@@ -121,10 +126,14 @@ def survey(case):
     if case.mesh.file is not None:
         return None
     edge, fine, seen = min(LONGEST_SCOUT_EDGE, case.adhesion.cutoff / EDGES_A_CUTOFF), case.mesh.fine_angle, None
+    failures = 0
     for _ in range(_SCOUTS):
         coarser, seen = seen, scout(case, edge, fine)
         if seen is None:
-            edge, fine = edge / REFINEMENT**2, min(180.0, 1.5 * fine)
+            failures += 1
+            if failures == _FAILURES:
+                return None
+            edge, fine = edge / REFINEMENT, min(180.0, 1.5 * fine)
             continue
         resolves = seen.early_radius / EDGES_A_RADIUS
         if coarser and edge <= resolves * REFINEMENT and all(s.reach < s.fine_angle for s in (coarser, seen)):
@@ -324,6 +333,8 @@ def _tell_omissions(case, model, seen, decisions):
         why = "found no balance" if case.mesh.file is None else "does not know the shape in the file"
         decisions.append(f"the scout {why}, so radius and compression are not known beforehand.")
         return
+    if seen.folded:
+        decisions.append(f"fold: {seen.folded}.")
     where = f"{seen.tension / case.membrane.shear_modulus:.3f} K at t = {seen.tension_time:.3f}, z = {seen.tension_height:.2f}"
     if seen.tension < -COMPRESSION * case.membrane.shear_modulus:
         decisions.append(f"compression: the free membrane reaches {where}; {wrinkling(case, seen.tension)}.")

@@ -20,7 +20,7 @@ import numpy as np
 
 from vesdyn import adhesion, newton, receptors, relaxation
 from vesdyn.balance import CONVERGED, DIVERGED, Balance, Limits, NoBalanceError, allocate
-from vesdyn.body import add_elastic_forces, edge_conductances, elastic_energy
+from vesdyn.body import add_elastic_forces, area_facing_away, edge_conductances, elastic_energy
 from vesdyn.errors import CaseError
 from vesdyn.front import displace_front
 from vesdyn.kinds import KINDS
@@ -177,6 +177,8 @@ class Spreading:
         ligands = adhesion.ligand_density(self.case.ligands, ahead)
         number, clipped = self._step_receptors(state, ahead if second_order else state.x, ligands, rate, dt)  # N_(n+1)
         solution = self._relax_membrane(state, number, ligands, ahead, rate, pause)  # x_(n+1)
+        if area_facing_away(self.body.topology, solution.x, 0.0) > 0.0:
+            raise NoBalanceError(f"t = {until:.6g}, step {dt:.3g}: membrane landed on the substrate with its inner side down")
         area, volume = self.measure(solution.x)
         worked, dissipated = self._work(state, number, ligands, solution.x, area, rate)
 

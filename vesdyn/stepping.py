@@ -12,9 +12,13 @@ their units alone take the same steps.
 """
 import math
 
+import numpy as np
+
 from vesdyn.balance import NoBalanceError
+from vesdyn.body import area_facing_away
 from vesdyn.budget import STEP_ERROR
 from vesdyn.spreading import STARTING_STEPS
+from vesdyn.substrate import gaps, touches
 
 FIRST_STEP = 0.2  # of the shorter time of the scene, per unit of accuracy
 LONGEST_STEP = 0.2  # of the time that has passed
@@ -25,6 +29,10 @@ _SHORTEST = 1e-5  # of the first step
 _ROUNDING = 1e-9  # of a step: what counts as none
 
 
+class FoldError(NoBalanceError):
+    """The membrane folds over itself at the substrate; the sentence says when."""
+
+
 def march(sim, state=None, pause=lambda: None):
     """Carry the scene ``sim`` (`vesdyn.spreading.Spreading`) to its end, yielding the `State` after each step.
 
@@ -32,12 +40,30 @@ def march(sim, state=None, pause=lambda: None):
     front, the end); the front is displaced when its time has come; the march ends with the case or once nothing
     moves. ``pause`` is called every few tenths of a second and may raise to give the step in hand up.
 
-    Raises vesdyn.balance.NoBalanceError where no step, however short, finds a balance.
+    Raises vesdyn.balance.NoBalanceError where no step, however short, finds a balance, and `FoldError` where the
+    membrane folds over itself.
     """
     state = sim.start() if state is None else state
     while not is_over(sim, state):
         state = step(sim, _with_event(sim, state), next(t for t in sim.case.marks if t > state.time), pause)
+        _check_fold(sim, state)
         yield state
+
+
+def _check_fold(sim, state):
+    """Raise `FoldError` where more membrane than the accuracy allows lies over other membrane near the substrate."""
+    folded = area_facing_away(sim.body.topology, state.x, sim.case.adhesion.cutoff)
+    if folded > sim.case.accuracy * bound_area(sim, state):
+        raise FoldError(
+            f"t = {state.time:.6g}: the membrane folds over itself at the substrate ({folded:.3g} a0^2 within the cutoff"
+            " face away from it), and the model has no self-contact; end the run before, or take a stiffer membrane or"
+            " a weaker traction"
+        )
+
+
+def bound_area(sim, state):
+    """Area [a0^2] of the nodes that touch the substrate."""
+    return float(np.sum(state.area[touches(gaps(state.x))]))
 
 
 def is_over(sim, state):

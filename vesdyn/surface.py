@@ -406,13 +406,28 @@ def area_below(topology, x, level, share):
             continue
         A = squared_lengths(topology, x, e)[3]
         if below == 3:
-            total += A
+            a, b, c = topology.elements[e, 0], topology.elements[e, 1], topology.elements[e, 2]
+            total += A if vector_area(x, a, b, c)[2] <= 0.0 else 0.0  # else it faces away
             continue
         for k in range(3):
             if (x[topology.elements[e, k], 2] < level) == (below == 1):
                 odd = k
         first, second = share[topology.element_edges[e, (odd + 1) % 3]], share[topology.element_edges[e, (odd + 2) % 3]]
         total += A * first * second if below == 1 else A * (1.0 - (1.0 - first) * (1.0 - second))
+    return total
+
+
+@generic.area_facing_away.register(Triangles)
+@njit
+def area_facing_away(topology, x, level):
+    """See `vesdyn.body.area_facing_away`."""
+    total = 0.0
+    for e in range(topology.elements.shape[0]):
+        a, b, c = topology.elements[e, 0], topology.elements[e, 1], topology.elements[e, 2]
+        if max(x[a, 2], x[b, 2], x[c, 2]) <= level:
+            S = vector_area(x, a, b, c)
+            if S[2] > 0.0:
+                total += np.sqrt(S[0] * S[0] + S[1] * S[1] + S[2] * S[2])
     return total
 
 
