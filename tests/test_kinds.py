@@ -76,6 +76,6 @@ def test_size_is_that_of_the_mesh_and_grows_with_it(case):
 
 @pytest.mark.parametrize("model, edge", [("surface", 1e-6), ("axisymmetric", 1e-14)])
 def test_mesh_that_no_machine_holds_is_refused_before_it_is_made(model, edge):
-    mesh = SimpleNamespace(front_edge=edge, far_edge=0.05, layout="rings", axes=(1.0, 1.0), fine_angle=80.0, file=None)
+    mesh = SimpleNamespace(front_edge=edge, far_edge=0.05, layout="rings", axes=(1.0, 1.0), file=None, fine_angle=80.0)
     with pytest.raises(ValueError, match=r"^mesh\.front_edge: about .* nodes would need .* GB of memory"):
         KINDS[model].start(mesh, Case(name="a").membrane)

@@ -569,7 +569,7 @@ class Case(_Section):
         if self.model == "axisymmetric":
             idle["mesh.layout"] = "a meridian is laid out in one way only"
         if mesh.file is not None:  # its content counts, not its path
-            keys = ("mesh.front_edge", "mesh.far_edge", "mesh.layout", "mesh.axes")
+            keys = ("mesh.front_edge", "mesh.far_edge", "mesh.fine_angle", "mesh.layout", "mesh.axes")
             idle |= dict.fromkeys(keys, "the mesh is that of mesh.file")
         if perturbation.amplitude == 0:
             idle["perturbation.mode"] = "perturbation.amplitude is 0"
