@@ -482,6 +482,10 @@ def test_numbers_are_those_of_yaml_1_2(files, tmp_path, number, way):
     assert str(refused.value).startswith(where) and "is not a number" in str(refused.value)
 
 
+def test_padded_seeds_are_refused(complaint):
+    assert "perturbation.seed: 010 is not a number; write a whole one" in complaint("name: a\nperturbation: {seed: 010}")
+
+
 @pytest.mark.parametrize("text, value", [("7", 7), ("+7", 7), ("7.", 7), (".5", 0.5), ("5e-1", 0.5), ("0.50", 0.5)])
 def test_numbers_of_yaml_1_2_are_read(load, text, value):
     assert load(f"name: a\ndrag: {text}").drag == value
@@ -521,6 +525,8 @@ def test_endless_and_huge_files_are_refused_at_once(tmp_path, files):
             load_case(path)
         with pytest.raises(CaseError, match="a.yaml: base: .*is not a regular file"):
             load_case(files(a=f"name: a\nbase: {path}"))
+        with pytest.raises(CaseError, match="a.yaml: mesh.file: .*is not a regular file"):
+            load_case(files(a=f"name: a\nmesh: {{file: {path}}}"))
     large = tmp_path / "large.yaml"
     large.write_text("#" * 1_000_001)
     with pytest.raises(CaseError, match="large.yaml: has 1,000,001 bytes, and a case at most 1,000,000; "):

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 import vesdyn
-from vesdyn import run
+from vesdyn import planning, run
 from vesdyn.case import Case
 from vesdyn.case_file import load_case
 from vesdyn.cli import main
@@ -121,6 +121,24 @@ def test_info_of_a_killed_run(case_file, capsys):
     out = capsys.readouterr().out
     for part in ("a: killed", "vesdyn resume b", "t = 0.25 of 1.2 after 1 steps", "numba", "warning: drag"):
         assert part in out
+
+
+@pytest.mark.parametrize("out", ["a.yaml", "a.yaml/b/c"])
+@pytest.mark.parametrize("command", ["run", "batch"])
+def test_out_that_is_a_file_is_told_before_anything_is_planned(case_file, monkeypatch, capsys, command, out):
+    monkeypatch.setattr(planning, "plan", lambda case: pytest.fail("planned"))
+    assert main([command, case_file, "--out", out, "--set", "model=auto"]) == 2
+    printed, told = capsys.readouterr()
+    assert printed == "" and told.startswith(f"vesdyn: {out}: ") and len(told.splitlines()) == 1
+    assert told.endswith("a.yaml is a file, not a directory; choose another --out.\n")
+
+
+def test_a_shipped_case_is_run_by_its_name(case_file, calls, capsys):
+    assert main(["run", "quick", "--set", "time.end=0.05"]) == 0
+    assert calls[0][0].name == "quick" and calls[0][0].time.end == 0.05
+    assert "output.frames: 0.06 is after the end of the run, 0.05, and left out." in capsys.readouterr().err
+    assert main(["run", "quick", "--set", "time.end=0.05", "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
 
 
 def test_template_is_a_case(case_file, capsys, tmp_path):

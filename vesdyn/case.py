@@ -14,6 +14,7 @@ import json
 import math
 import os
 import re
+import stat
 import warnings
 from typing import Annotated, Literal
 
@@ -417,10 +418,12 @@ class Case(_Section):
             problems.append("mesh.file: an axisymmetric body has no triangles; set model to surface or auto.")
         if digest is None:
             try:
+                if not stat.S_ISREG(os.stat(mesh.file).st_mode):
+                    raise ValueError("is not a regular file")  # a pipe or a device may never end
                 with open(mesh.file, "rb") as file:
                     digest = hashlib.file_digest(file, "sha256").hexdigest()
             except (OSError, ValueError) as error:
-                why = getattr(error, "strerror", None) or "is not a path"
+                why = getattr(error, "strerror", None) or ("is not a path" if "\0" in mesh.file else str(error))
                 path = printable_path(mesh.file)
                 problems.append(f"mesh.file: {path}: {why}; give the path of a closed triangle mesh.")
         return {"mesh.sha256": digest}
@@ -525,6 +528,11 @@ class Case(_Section):
                     f"perturbation.{key}: an axisymmetric body cannot carry it; set model to surface or auto, or"
                     f" {key} to 0."
                 )
+        if perturbation.amplitude > 0 and self.receptors.frozen:
+            problems.append(
+                "perturbation.amplitude: frozen receptors are computed with an even density; set it to 0, or"
+                " receptors.frozen to false."
+            )
         if perturbation.amplitude > 0 and edge != "auto" and self.mesh.file is None:
             nodes = self._nodes_a_wave()
             if nodes < _NODES_A_WAVE[0]:
@@ -582,6 +590,8 @@ class Case(_Section):
             idle |= dict.fromkeys(keys, "ligands.pattern is even")
         elif not self.ligands.repeats:
             idle["ligands.period"] = f"a {self.ligands.pattern} does not repeat"
+        if self.solver.method == "newton":
+            idle["solver.damping"] = "solver.method is newton"
         if self.time.step != "auto":
             idle["time.stop_when_steady"] = "a run with a fixed time.step goes on to its end"
             if self._is_all_fixed and self.solver.tolerance != "auto":
@@ -589,9 +599,7 @@ class Case(_Section):
         if receptors.frozen or adhesion.traction == 0:
             why = "receptors.frozen is true" if receptors.frozen else "adhesion.traction is 0"
             idle |= dict.fromkeys(("receptors.mobility", "receptors.drift_number"), why)
-            if adhesion.traction == 0 or (
-                adhesion.ligand_ratio >= 1 and perturbation.amplitude == 0 and self.ligands.pattern == "even"
-            ):
+            if adhesion.traction == 0 or (adhesion.ligand_ratio >= 1 and self.ligands.pattern == "even"):
                 idle["adhesion.ligand_ratio"] = why
         return idle
 

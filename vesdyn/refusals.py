@@ -138,6 +138,8 @@ def _sentence(error, sections):
         return "missing; give it."
     if error["type"] in ("extra_forbidden", "invalid_key"):
         return f"unknown key, {suggestion(error['loc'], sections)}"
+    if error["type"] == "int_type" and isinstance(error["input"], str):
+        return f"{shown(error['input'])} is not a number; write a whole one such as 20000, without quotes or units."
     wrong = _WRONG.get(error["type"], "cannot be used here; `vesdyn template` explains the key.")
     return f"{shown(error['input'])} {wrong.format(**error.get('ctx', {}))}"
 
