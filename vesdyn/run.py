@@ -13,11 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from vesdyn.balance import NoBalanceError
+from vesdyn.budget import FIXED_STEP_ERROR
 from vesdyn.diagnostics import COLUMNS, Moment
 from vesdyn.files import WriteError
 from vesdyn.interrupts import interrupts, on_terminal
 from vesdyn.kinds import KINDS
-from vesdyn.planning import FIXED_STEP_ERROR, compression_note, needs_planning, plan
+from vesdyn.planning import compression_note, needs_planning, plan
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import is_over, march
 from vesdyn.storage import DamagedRunError, RunDirectory
@@ -119,9 +120,9 @@ def _advance(case, directory, columns, on_step, interruption, progress):
         if reason := interruption():
             raise _Interrupted(reason)
 
-    settle("running")
     try:
         sim, state = _start(case, directory, columns)
+        settle("running")
         saved = time.monotonic()
         reason, failure = None, None
         with _progress_bar(state.time, case.time.end, progress) as show:
