@@ -5,7 +5,7 @@ READY := $(VENV)/ready
 SCRIPTS := $(filter-out looks,$(sort $(patsubst plots/%.py,%,$(wildcard plots/*.py))))
 FIGURES := $(filter figure%,$(SCRIPTS))
 
-.PHONY: run test verify figures $(SCRIPTS) clean
+.PHONY: run test verify faults figures $(SCRIPTS) clean
 .NOTPARALLEL:
 
 run: $(READY)
@@ -14,6 +14,11 @@ run: $(READY)
 
 test: $(READY)
 	$(VENV)/bin/python -m pytest -m "not verify" -n 2
+
+# Errors of the disk, damage, interrupts, neighbours and inputs, all of them; says how many were tried.
+faults: $(READY)
+	$(VENV)/bin/python -m pytest -q tests/faults -p no:xdist
+	$(VENV)/bin/python tests/faults/table.py docs/faults.md
 
 verify: $(READY)
 	$(VENV)/bin/python -m pytest -m verify -n 2

@@ -18,6 +18,8 @@ class Chaos(NamedTuple):
     time: float
     steps: int
     x: np.ndarray
+    dt_wanted: float = 0.0
+    step_error: float = 0.0
 
 
 class Physics:

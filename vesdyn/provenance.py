@@ -19,7 +19,7 @@ import vesdyn
 PACKAGE = Path(__file__).parent
 # Modules that draw, speak, store or start, and decide no number. Every other module counts, a new one too.
 BYSTANDERS = frozenset(
-    {"__main__", "batch", "cli", "files", "interrupts", "pictures", "provenance", "results", "run", "storage", "study"}
+    {"__main__", "batch", "calibration", "cli", "files", "interrupts", "pictures", "provenance", "results", "run", "storage", "study"}
 )
 _LIBRARIES = ("numba", "numpy", "scipy")
 

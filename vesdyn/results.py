@@ -104,15 +104,17 @@ class Run:
     def profile(self, time: float) -> Profile:
         """Density and height along the membrane at ``time``, which must be that of a stored shape.
 
-        A meridian gives its nodes. On a surface, rings of about equally many vertices are averaged, which were at
-        one height at t = 0; the arc is the length of the curve through their means.
+        A meridian gives its nodes. On a surface, rings of equally many vertices, which were at one height at t = 0,
+        are averaged, and the vertices at the poles stand for themselves; the arc is the length of the curve through
+        these means.
         """
         frame = self.frame(time)
         x, density = frame.position, frame.density
         if x.shape[1] == 2:
             radius, height = x.T
         else:
-            rings = np.array_split(np.argsort(self.frames[0].position[:, 2], kind="stable"), int(np.sqrt(len(x))))
+            lower, *between, upper = np.argsort(self.frames[0].position[:, 2], kind="stable")
+            rings = [[lower], *np.array_split(between, int(np.sqrt(len(between)))), [upper]]
             radius, height, density = (
                 np.array([values[ring].mean() for ring in rings]) for values in (np.hypot(*x.T[:2]), x[:, 2], density)
             )

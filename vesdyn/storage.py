@@ -697,7 +697,8 @@ class RunDirectory:
                 if file != self._checkpoint_files()[-1]:
                     warnings.warn(f"{error} The checkpoint before it is tried.", stacklevel=2)
             else:
-                if checkpoint.sources != sources_hash():
+                known = {entry.get("sources") for entry in [*(self.origin() or {}).get("resumed_with", ()), self.origin() or {}]}
+                if checkpoint.sources != sources_hash() and checkpoint.sources not in known:
                     warnings.warn(
                         f"{file}: was computed by other sources; the result may differ from that of one run by these.",
                         stacklevel=2,

@@ -17,7 +17,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
-import h5py
 import numpy as np
 from scipy.interpolate import CubicSpline
 
@@ -129,13 +128,10 @@ class Study:
 
         Dicts of ``time``, ``elements`` (n_elements, k) and the stored arrays by name.
         """
-        with h5py.File(self.run(name, changes).frames_file, "r") as file:
-            groups = sorted((file[key] for key in file if key != "connectivity"), key=lambda g: g.attrs["time"])
-            elements = file["connectivity"][()]
-            return [
-                {"time": float(g.attrs["time"]), "elements": elements, **{key: g[key][()] for key in g}}
-                for g in groups
-            ]
+        return [
+            {"time": frame.time, "elements": frame.connectivity, **frame.nodes, **frame.cells}
+            for frame in self.run(name, changes).frames()
+        ]
 
     def resolution(self, name, changes=UNCHANGED):
         """Front edge [a0] and number of nodes of a run."""

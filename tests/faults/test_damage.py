@@ -71,6 +71,7 @@ HARMS = [
 ]  # fmt: skip
 LEFT = ["case.yaml", "status.yaml", "history.csv", "columns.csv", "frames/0000.h5", "frames/0001.h5", "frames.h5",
         "frames.xdmf", "checkpoint.h5", "checkpoint_previous.h5", "summary.png"]  # fmt: skip
+FEW_OR_ALL = [7, pytest.param(1, marks=pytest.mark.verify)]  # one in so many; 7 meets each file and each harm
 
 
 @pytest.fixture
@@ -85,14 +86,19 @@ def runs(physics, tmp_path):
 
 
 def harmed(runs, state, name, harm):
-    """A copy of the run in ``state`` with its file ``name`` harmed; None if it has none."""
+    """A copy of the run in ``state`` with its file ``name`` harmed."""
     path = runs / "harmed"
     shutil.rmtree(path, ignore_errors=True)
     shutil.copytree(runs / state, path)
-    if not (path / name).exists():
-        return None
     harm(path / name, runs / "other" / name)
     return path
+
+
+def harmed_runs(runs, state, every):
+    """Path, name and harm of one in ``every`` of all harms to all files of the run in ``state``."""
+    pairs = [(name, harm) for name in LEFT if (runs / state / name).exists() for harm in HARMS]
+    for name, harm in pairs[::every]:
+        yield harmed(runs, state, name, harm), name, harm
 
 
 def quietly(function, *arguments, **options):
@@ -102,53 +108,48 @@ def quietly(function, *arguments, **options):
 
 
 @pytest.mark.fault("n14", "n15", "n5", "n2")
+@pytest.mark.parametrize("every", FEW_OR_ALL)
 @pytest.mark.parametrize("state", ["interrupted", "finished"])
-def test_run_goes_on_to_the_same_bits_or_says_how_to_begin_anew(runs, tried, state):
-    for name in LEFT:
-        for harm in HARMS:
-            if (path := harmed(runs, state, name, harm)) is None:
-                continue
-            tried["damages"] += 1
-            try:
-                outcome = quietly(run_case, CASE, path)
-            except RunDirectoryError as refusal:
-                assert "--restart" in str(refusal) and str(path) in str(refusal), (name, harm)
-                assert "\n" not in str(refusal)
-                outcome = quietly(run_case, CASE, path, restart=True)
-            assert outcome.state == "finished", (name, harm)
-            assert_same(path, runs / "finished")
-            assert not RunDirectory(path).faults()
-            assert (path / "summary.png").read_bytes() == b"a picture"
-            assert "drag" in (path / "case.yaml").read_text()
+def test_run_goes_on_to_the_same_bits_or_says_how_to_begin_anew(runs, tried, state, every):
+    for path, name, harm in harmed_runs(runs, state, every):
+        tried["damages"] += 1
+        try:
+            outcome = quietly(run_case, CASE, path)
+        except RunDirectoryError as refusal:
+            assert "--restart" in str(refusal) and str(path) in str(refusal), (name, harm)
+            assert "\n" not in str(refusal)
+            outcome = quietly(run_case, CASE, path, restart=True)
+        assert outcome.state == "finished", (name, harm)
+        assert_same(path, runs / "finished")
+        assert not RunDirectory(path).faults()
+        assert (path / "summary.png").read_bytes() == b"a picture"
+        assert "drag" in (path / "case.yaml").read_text()
 
 
 @pytest.mark.fault("n14", "n15")
+@pytest.mark.parametrize("every", FEW_OR_ALL)
 @pytest.mark.parametrize("state", ["interrupted", "finished"])
-def test_resume_and_info_speak_in_sentences(runs, tried, capsys, state):
-    for name in LEFT:
-        for harm in HARMS:
-            if (path := harmed(runs, state, name, harm)) is None:
-                continue
-            tried["damages"] += 1
-            for command in (["info", str(path)], ["resume", str(path), "--quiet"]):
-                status = main(command)
-                words = capsys.readouterr().err
-                assert status in (0, 1, 2), (name, harm)
-                assert (status != 0) <= ("--restart" in words or "give" in words), (name, harm, command, words)
-                assert all(line.startswith("vesdyn: ") for line in words.splitlines())
-                if command[0] == "resume" and status == 0:
-                    assert_same(path, runs / "finished")
+def test_resume_and_info_speak_in_sentences(runs, tried, capsys, state, every):
+    for path, name, harm in harmed_runs(runs, state, every):
+        tried["damages"] += 1
+        for command in (["info", str(path)], ["resume", str(path), "--quiet"]):
+            status = main(command)
+            words = capsys.readouterr().err
+            assert status in (0, 1, 2), (name, harm)
+            assert (status != 0) <= ("--restart" in words or "give" in words), (name, harm, command, words)
+            assert all(line.startswith("vesdyn: ") for line in words.splitlines())
+            if command[0] == "resume" and status == 0:
+                assert_same(path, runs / "finished")
 
 
 @pytest.mark.fault("n15")
+@pytest.mark.parametrize("every", FEW_OR_ALL)
 @pytest.mark.parametrize("state", ["interrupted", "finished"])
-def test_a_batch_computes_anew_what_cannot_go_on(runs, tried, state):
+def test_a_batch_computes_anew_what_cannot_go_on(runs, tried, state, every):
     sign = batch._Sign(runs / "sign")
     sign.stop("")
-    for name in LEFT:
-        for harm in HARMS:
-            if (path := harmed(runs, state, name, harm)) is None or (name == "case.yaml" and harm in (swap, change_a_digit)):
-                continue  # a run of another case is left alone
+    for path, name, harm in harmed_runs(runs, state, every):
+        if name != "case.yaml" or harm not in (swap, change_a_digit):  # a run of another case is left alone
             tried["damages"] += 1
             outcome, _ = quietly(batch._carry_out, CASE, path, False, sign, identity())
             assert outcome.state == "finished", (name, harm, outcome.reason)
@@ -207,9 +208,8 @@ def test_a_file_of_nobody_here_stays(runs):
 @pytest.mark.fault("n15")
 @pytest.mark.parametrize("state", ["interrupted", "finished"])
 def test_a_folder_in_the_place_of_a_file_is_told_and_left_alone(runs, tried, state):
-    for name in LEFT:
-        if (path := harmed(runs, state, name, remove)) is None:
-            continue
+    for name in (name for name in LEFT if (runs / state / name).exists()):
+        path = harmed(runs, state, name, remove)
         (path / name).mkdir()
         (path / name / "thesis.tex").write_text("mine")
         tried["damages"] += 1

@@ -15,7 +15,7 @@ from vesdyn.batch import BatchError
 from vesdyn.case import Case
 from vesdyn.cli import main
 from vesdyn.provenance import BYSTANDERS, PACKAGE, identity, imported_modules
-from vesdyn.run import run_case
+from vesdyn.run import missed_wish, run_case
 from vesdyn.storage import RunDirectory, RunDirectoryError
 
 CASE = Case(name="a", time={"end": 0.006, "step": 0.001}, output={"frames": (0.002,), "checkpoint_minutes": 0.0})
@@ -158,6 +158,21 @@ def test_real_worker_with_a_changed_line_is_refused(tmp_path, capfd):
             worker.terminate()
             worker.wait()
     assert "install the same on both" in capfd.readouterr().err
+
+
+# The wish
+
+
+@pytest.mark.fault("n3")
+def test_mesh_and_step_that_cannot_keep_the_wish_are_told_before_and_after(tmp_path):
+    keys = {"name": "a", "model": "axisymmetric", "mesh": {"front_edge": 0.02, "far_edge": 0.05}, "time": {"end": 0.02, "step": 0.004}}
+    wanting = Case.model_validate(keys | {"accuracy": 0.001, "output": {"frames": ()}})
+    with pytest.warns(UserWarning) as told:
+        outcome = run_case(wanting, tmp_path / "a", progress=False)
+    words = " ".join(str(warning.message) for warning in told)
+    assert "mesh.front_edge: 0.02 is estimated to cost" in words and "time.step: 0.004 is estimated to cost" in words
+    assert "mesh.front_edge: 0.02 is estimated to cost" in outcome.note and "time.step: 0.004" in outcome.note
+    assert not missed_wish(Case.model_validate(keys))  # nobody wished
 
 
 # Compiled code

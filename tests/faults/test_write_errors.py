@@ -26,6 +26,7 @@ CASE = Case(
     time={"end": 0.004, "step": 0.001},
     output={"frames": (0.002,), "checkpoint_minutes": 0.0},
 )
+FEW_OR_ALL = [6, pytest.param(1, marks=pytest.mark.verify)]  # one call in so many
 WRITING = ("open", "write", "fsync", "close", "replace", "rename", "unlink", "makedirs")
 SENTENCES = {
     errno.ENOSPC: "the disk is full",
@@ -93,15 +94,16 @@ def try_errors(numbers, error, stays, tmp_path, monkeypatch, tried):
 
 
 @pytest.mark.fault("a14")
+@pytest.mark.parametrize("every", FEW_OR_ALL)
 @pytest.mark.parametrize("stays", [False, True])
-def test_disk_full_at_any_call(physics, tmp_path, monkeypatch, tried, stays):
-    try_errors(itertools.count(1), errno.ENOSPC, stays, tmp_path, monkeypatch, tried)
+def test_disk_full_at_any_call(physics, tmp_path, monkeypatch, tried, stays, every):
+    try_errors(itertools.count(1 + stays, every), errno.ENOSPC, stays, tmp_path, monkeypatch, tried)
 
 
 @pytest.mark.fault("a14")
 @pytest.mark.parametrize("error", list(SENTENCES)[1:])
 def test_other_errors_at_some_calls(physics, tmp_path, monkeypatch, tried, error):
-    try_errors(itertools.count(error % 13 + 1, 13), error, False, tmp_path, monkeypatch, tried)
+    try_errors(itertools.count(error % 29 + 1, 29), error, False, tmp_path, monkeypatch, tried)
 
 
 @pytest.mark.verify
@@ -113,13 +115,14 @@ def test_other_errors_at_any_call(physics, tmp_path, monkeypatch, tried, error, 
 
 
 @pytest.mark.fault("a14")
+@pytest.mark.parametrize("every", FEW_OR_ALL)
 @pytest.mark.parametrize("stays", [False, True])
-def test_disk_full_when_a_run_goes_on(physics, tmp_path, monkeypatch, tried, stays):
+def test_disk_full_when_a_run_goes_on(physics, tmp_path, monkeypatch, tried, stays, every):
     run_case(CASE, tmp_path / "reference")
     physics.before_step = interrupt_at(1)
     run_case(CASE, tmp_path / "begun")
     physics.before_step = staticmethod(lambda steps: None)
-    for n in itertools.count(1):
+    for n in itertools.count(1 + stays, every):
         shutil.rmtree(tmp_path / "a", ignore_errors=True)
         shutil.copytree(tmp_path / "begun", tmp_path / "a")
         with monkeypatch.context() as patch, warnings.catch_warnings():
@@ -241,7 +244,7 @@ def try_real_errors(failing_library, tmp_path, error, every):
 
 @pytest.mark.fault("a14")
 def test_real_run_on_a_disk_that_fills_at_some_calls(failing_library, tmp_path, tried):
-    tried["errors injected"] += try_real_errors(failing_library, tmp_path, errno.ENOSPC, 11)
+    tried["errors injected"] += try_real_errors(failing_library, tmp_path, errno.ENOSPC, 23)
 
 
 @pytest.mark.verify
