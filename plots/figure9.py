@@ -75,7 +75,7 @@ def draw(measured, out=looks.OUT):
                 numbers = (modulation(moved), modulation(still), left_of_displacement(moved, still))
                 ax.text(0.5, 0.98, "displaced {:.2%}\ncontrol {:.2%}\ndifference {:.2%}".format(*numbers),
                         transform=ax.transAxes, ha="center", va="top", fontsize=6)  # fmt: skip
-                ax.set(xlim=(-180, 180), ylim=(-2.4, 3.9), xticks=(-180, -90, 0, 90, 180), yticks=(-2, -1, 0, 1, 2))
+                ax.set(xlim=(-180, 180), ylim=(-2.4, 3.9), xticks=(-90, 0, 90), yticks=(-2, -1, 0, 1, 2))
             row[1].set_ylabel(r"$r / \bar r - 1$ [%]")
         for ax, t, letter in zip(axes[0], (FOOTPRINT, *TIMES), "abcd"):
             ax.set_title(rf"$\bf({letter})$ $t$ = {t:g} $a_0^2/D$")
@@ -85,7 +85,7 @@ def draw(measured, out=looks.OUT):
         for ax in axes[-1, 1:]:
             ax.set_xlabel("azimuth [°]")
         figure.suptitle(f"front of the soft case, {base}", fontsize=8)
-        axes[-1, -1].legend(loc="lower right", ncols=2, fontsize=6, handlelength=1.6)
+        axes[-1, -1].legend(loc="lower center", ncols=2, fontsize=6, handlelength=1.6, columnspacing=1.0)
 
     looks.picture(fill, "figure9", out, size=(7.2, 4.6))
 

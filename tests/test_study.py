@@ -50,10 +50,10 @@ def power(factor, exponent, t=np.geomspace(1e-4, 1.0, 500)):
 def test_finished_runs_are_used_again(study):
     changes = {**COARSE, **BRIEF}
     first = study.history("typical", changes)
-    stamps = {file: file.stat().st_mtime_ns for file in study.directory.rglob("*.csv")}
+    stamps = {file: file.stat().st_mtime_ns for file in study.directory.rglob("history.csv")}
     assert len(stamps) == 1
     again = study.history("typical", changes)
-    assert {file: file.stat().st_mtime_ns for file in study.directory.rglob("*.csv")} == stamps
+    assert {file: file.stat().st_mtime_ns for file in study.directory.rglob("history.csv")} == stamps
     assert all(np.array_equal(first[key], again[key]) for key in first)
 
 

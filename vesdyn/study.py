@@ -74,7 +74,7 @@ class Study:
         if file is None:
             raise CaseError(f"{name}: is not a shipped case; give the folder of its file as configs.")
         with _without_doubts():
-            case = load_case(file, **{**changes, **self.every})
+            case = load_case(file, **changes).changed(**self.every)
             return case.changed(name=_run_name(name, changes, case.hash))
 
     def planned(self, name, changes=UNCHANGED):

@@ -42,7 +42,9 @@ TINY = {  # script: changes made to each run, arguments of measure()
     }),
     "speed": ({}, {"vertices": (500, 800), "iterations": 20, "repeats": 3, "end": 0.004, "thicknesses": (0.0, 0.01)}),
     "staircase": ({}, {"edges": {"axisymmetric": (0.05, 0.04), "surface": (0.07, 0.05)}, "end": 0.03}),
-    "thickness": (COARSE_AND_BRIEF, {"thicknesses": (0.0, 0.05), "shown": 0.016, "readings": TINY_READINGS, "iterations": 1}),
+    "thickness": (COARSE_AND_BRIEF, {
+        "thicknesses": (0.0, 0.05), "shown": 0.016, "readings": TINY_READINGS, "iterations": 1,
+    }),
     "wrinkling": ({}, {
         "edges": (0.1, 0.08), "thicknesses": (0.0, 0.01), "scaled": (0.015, 0.02),
         "in_space": {"mode": 5, "thickness": 0.02, "edge": 0.1, "start": 0.01, "end": 0.03, "size": 1e-3},
