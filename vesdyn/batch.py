@@ -23,11 +23,13 @@ import time
 import uuid
 import warnings
 from collections import Counter, defaultdict, deque
+from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, ProcessPoolExecutor, wait
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
+from vesdyn.case import Case, check_is_case
 from vesdyn.case_file import load_sweep
 from vesdyn.errors import CaseError, RunError
 from vesdyn.files import make_directory, replace_file
@@ -73,7 +75,14 @@ def read_cases(configs, overrides=()):
     return cases
 
 
-def run_batch(cases, out="runs", jobs=None, scheduler=None, restart=False, show=True):
+def run_batch(
+    cases: Sequence[Case],
+    out: str | Path = "runs",
+    jobs: int | None = None,
+    scheduler: str | None = None,
+    restart: bool = False,
+    show: bool = True,
+) -> list[tuple[Case, Outcome]]:
     """Run each of ``cases`` in ``out``/<name>; return a list of (case, `vesdyn.run.Outcome`) in their order.
 
     ``jobs`` worker processes (by default one a core) on this machine, or the workers of the Dask scheduler at the
@@ -84,6 +93,8 @@ def run_batch(cases, out="runs", jobs=None, scheduler=None, restart=False, show=
 
     Raises `BatchError` if there is no such cluster, or if one of its workers has another version or other sources.
     """
+    for case in cases:
+        check_is_case(case)
     out = Path(out).absolute()
     check_directory(out)
     make_directory(out)

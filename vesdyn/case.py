@@ -34,7 +34,7 @@ from pydantic_core import PydanticCustomError
 from vesdyn import plain_yaml
 from vesdyn.budget import TOLERANCE_PER_ACCURACY
 from vesdyn.errors import CaseError
-from vesdyn.refusals import joined, number, printable, printable_path, refusals, suggestion
+from vesdyn.refusals import joined, number, printable, printable_path, refusals, shown, suggestion
 
 Auto = Literal["auto"]
 SAME_TIME = 1e-9  # relative: times no further apart are one
@@ -764,6 +764,12 @@ def continuation_conflicts(stored, wanted, time):
 
 def _told(value):
     return number(value) if isinstance(value, float) else "nothing" if value is None else f"{value}"
+
+
+def check_is_case(case):
+    """Raise CaseError for anything but a `Case`, such as the name of one."""
+    if not isinstance(case, Case):
+        raise CaseError(f"{shown(case)}: is no case; make one by vesdyn.load_case(...) or vesdyn.Case(...).")
 
 
 def same_time(a, b):

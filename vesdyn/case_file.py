@@ -10,6 +10,7 @@ import os
 import re
 import stat
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -32,7 +33,7 @@ class _Level(NamedTuple):
     keys: dict
 
 
-def load_case(path, overrides=(), **changes):
+def load_case(path: str | os.PathLike, overrides: Sequence[str] = (), **changes) -> Case:
     """Read and validate a case.
 
     ``path`` is the YAML file, or the name of a shipped case (`shipped_case`) if there is no such file; ``overrides``

@@ -3,14 +3,18 @@
 The header of history.csv, `vesdyn info`, the documentation and the units of `vesdyn.open_run` follow from COLUMNS. A
 user's own column is one more `Column`.
 """
+import difflib
+from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Callable, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from vesdyn.adhesion import adhesion_traction, ligand_density
 from vesdyn.body import area_below, area_facing_away, elastic_energy, principal_tensions, set_shares_below
+from vesdyn.errors import CaseError
 from vesdyn.front import contact_radius
+from vesdyn.refusals import LONGEST_VALUE, shown
 from vesdyn.substrate import gaps, touches
 
 BINDING_GAP = 0.02  # of the cutoff: membrane closer than this counts as bound
@@ -20,7 +24,8 @@ class Moment:
     """A state of a scene and what can be measured of it; each value is computed when it is asked for, once.
 
     ``moment[name]`` is a column; ``time`` [a0^2/D], ``x`` (n_nodes, d) [a0], ``density`` (n_nodes,) [c_r0],
-    ``tensions`` (n_elements, 2) [kT/a0^2] and ``state`` (`vesdyn.spreading.State`) are attributes.
+    ``tensions`` (n_elements, 2) [kT/a0^2] and ``state`` (`vesdyn.spreading.State`) are attributes. An unknown column is
+    a CaseError.
     """
 
     def __init__(self, sim, state, columns=()):
@@ -28,29 +33,37 @@ class Moment:
         self._columns = {column.name: column for column in (*COLUMNS, *columns)}
         self._values = {}
 
-    def __getitem__(self, name):
+    def __getitem__(self, name: str) -> float:
         if name not in self._values:
+            if name not in self._columns:
+                near = difflib.get_close_matches(str(name)[:LONGEST_VALUE], self._columns, n=1)
+                advice = f"did you mean {near[0]}?" if near else f"there are {', '.join(self._columns)}."
+                raise CaseError(f"{shown(name)}: unknown column; {advice}")
             self._values[name] = self._columns[name].value(self)
         return self._values[name]
 
-    def row(self):
+    def row(self) -> dict[str, float]:
         """Every column by name, in order."""
         return {name: self[name] for name in self._columns}
 
     @property
-    def time(self):
+    def time(self) -> float:
+        """Time [a0^2/D]."""
         return self.state.time
 
     @property
-    def x(self):
+    def x(self) -> np.ndarray:
+        """Positions (n_nodes, d) [a0], the height last."""
         return self.state.x
 
     @cached_property
-    def density(self):
+    def density(self) -> np.ndarray:
+        """Receptor density (n_nodes,) [c_r0]."""
         return self.state.density
 
     @cached_property
-    def tensions(self):
+    def tensions(self) -> np.ndarray:
+        """Principal tensions (n_elements, 2) [kT/a0^2]."""
         tension = np.zeros((len(self.sim.body.elements), 2))
         principal_tensions(self.sim.body, self.x, tension)
         return tension
@@ -87,12 +100,37 @@ class Moment:
 
 
 class Column(NamedTuple):
-    """A number that is recorded at every coupling step."""
+    """A number that is recorded at every coupling step: ``value(moment)``."""
 
     name: str
     unit: str  # "1" for a plain number
     meaning: str
     value: Callable[[Moment], float]
+
+
+def own_columns(columns: Sequence[Column]) -> tuple[Column, ...]:
+    """``columns`` of a user as they are recorded: as plain floats. Raises CaseError for what cannot be a column."""
+    names = {column.name for column in COLUMNS}
+    for column in columns:
+        if not isinstance(column, Column):
+            raise CaseError(f"columns: {shown(column)} is none; write vesdyn.Column(name, unit, meaning, function).")
+        if not (isinstance(column.name, str) and column.name.isidentifier()):
+            raise CaseError(f"columns: {shown(column.name)} cannot name a column; use letters, digits and '_'.")
+        if column.name in names:
+            raise CaseError(f"columns: {column.name} is there already; choose another name.")
+        names.add(column.name)
+    return tuple(column._replace(value=_number_of(column)) for column in columns)
+
+
+def _number_of(column):
+    def value(moment):
+        found = column.value(moment)
+        try:
+            return float(found)
+        except (TypeError, ValueError):
+            raise CaseError(f"columns: {column.name} gives {shown(found)}, which is no number; return one.") from None
+
+    return value
 
 
 def _lost_receptors(m):

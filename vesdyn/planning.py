@@ -14,6 +14,7 @@ import numpy as np
 
 from vesdyn.balance import NoBalanceError
 from vesdyn.budget import FIXED_STEP_ERROR, SHARES, TOLERANCE_ERROR, WISHED_FROM
+from vesdyn.case import Case, check_is_case
 from vesdyn.diagnostics import Moment
 from vesdyn.errors import CaseError
 from vesdyn.kinds import KINDS
@@ -143,11 +144,12 @@ def survey(case):
     return (coarser, seen) if coarser and seen else None
 
 
-def plan(case):
+def plan(case: Case) -> Plan:
     """Choose what ``case`` leaves open (step and tolerance follow the accuracy as they go); return a `Plan`.
 
     Raises CaseError for a case that cannot be used.
     """
+    check_is_case(case)
     scouts, bending = survey(case), []
     case, scouts = _choose_bending(case, scouts, bending)
     decisions = []

@@ -7,14 +7,17 @@ same bits.
 import sys
 import time
 import warnings
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from vesdyn.balance import NoBalanceError
 from vesdyn.budget import FIXED_STEP_ERROR
-from vesdyn.diagnostics import COLUMNS, Moment
+from vesdyn.case import Case, check_is_case
+from vesdyn.diagnostics import COLUMNS, Column, Moment, own_columns
 from vesdyn.files import WriteError
 from vesdyn.interrupts import interrupts, on_terminal
 from vesdyn.kinds import KINDS
@@ -51,33 +54,33 @@ class Outcome:
         return {"finished": 0, "failed": 1, "interrupted": 130}[self.state]
 
 
-def simulate(case, columns=()):
-    """Compute ``case`` and yield a `vesdyn.diagnostics.Moment` after each coupling step; nothing is stored.
+def simulate(case: Case, columns: Sequence[Column] = ()) -> Iterator[Moment]:
+    """Compute ``case`` step by step: an iterator of a `Moment` after each coupling step; nothing is stored.
 
-    What the case leaves to be chosen (`auto`) is planned first. ``columns`` are further `vesdyn.diagnostics.Column`.
-    Raises CaseError for a case that cannot be used, and RunError where no balance is found.
+    What the case leaves to be chosen (`auto`) is planned first. ``columns`` are further `vesdyn.Column`.
+    Raises CaseError for a case or columns that cannot be used, and on the way RunError where no balance is found.
     """
-    case = plan(case).case if needs_planning(case) else case
-    sim = Spreading(case)
-    for state in march(sim):
-        yield Moment(sim, state, columns)
+    check_is_case(case)
+    columns = own_columns(columns)
+    sim = Spreading(plan(case).case if needs_planning(case) else case)
+    return (Moment(sim, state, columns) for state in march(sim))
 
 
 def run_case(
-    case,
-    directory,
-    on_step=lambda moment: None,
-    columns=(),
-    progress=True,
-    restart=False,
-    decisions=(),
-    stop=lambda: None,
-):
+    case: Case,
+    directory: str | Path,
+    on_step: Callable[[Moment], object] = lambda moment: None,
+    columns: Sequence[Column] = (),
+    progress: bool = True,
+    restart: bool = False,
+    decisions: Sequence[str] = (),
+    stop: Callable[[], str | None] = lambda: None,
+) -> Outcome:
     """Run ``case`` in ``directory`` (a path) from where it stands there to its end; return the ``Outcome``.
 
     What the case leaves to be chosen (`auto`) is planned first. ``on_step`` is called with a
-    `vesdyn.diagnostics.Moment` after each step and may return a reason to stop there, as if interrupted; ``columns``
-    are further `vesdyn.diagnostics.Column` of the history.
+    `vesdyn.diagnostics.Moment` after each step and may return a reason to stop there, as if interrupted (a few words, or
+    True); ``columns`` are further `vesdyn.Column` of the history.
 
     An interrupt (SIGINT, SIGTERM) gives the step in hand up, stores a checkpoint and stops; a second one
     stops at once, and what was done since the last checkpoint is done again later. ``progress`` shows a bar
@@ -88,6 +91,8 @@ def run_case(
     the run, and vesdyn.files.WriteError if a file cannot be written. A step for which no balance is found is no
     exception but an outcome.
     """
+    check_is_case(case)
+    columns = own_columns(columns)
     directory = RunDirectory(directory)
     directory.check_usable()
     if needs_planning(case):
@@ -134,7 +139,8 @@ def _advance(case, directory, columns, on_step, interruption, progress):
                     show(row)
                     if state.time in case.output.frames or done:
                         directory.write_frame(state.time, *moment.frame())
-                    reason = None if done else interruption() or on_step(moment)
+                    reason = on_step(moment)
+                    reason = None if done else interruption() or _in_words(reason)
                     if reason:
                         break
                     if time.monotonic() - saved >= 60 * case.output.checkpoint_minutes:
@@ -163,6 +169,11 @@ def _advance(case, directory, columns, on_step, interruption, progress):
     except Exception as error:
         settle("failed", f"{type(error).__name__}: {error}")
         raise
+
+
+def _in_words(reason):
+    """What ``on_step`` returned as a reason to stop, or None."""
+    return reason if not reason or isinstance(reason, str) else "on_step"
 
 
 class _Interrupted(Exception):

@@ -94,7 +94,7 @@ def step(sim, state, mark, pause=lambda: None):
     except NoBalanceError as failure:
         shorter = "shorter steps did not help" if adaptive else "reduce time.step"
         remedy = "raise solver.max_iterations or solver.tolerance, or refine the mesh"
-        raise NoBalanceError(f"{failure}; {shorter}, {remedy}") from None
+        raise NoBalanceError(f"{failure}; {shorter}, {remedy}.") from None
 
 
 def _fixed_step(sim, state, mark, pause):

@@ -46,6 +46,7 @@ from vesdyn.case_file import load_case
 from vesdyn.errors import CaseError, RunError
 from vesdyn.files import Damage
 from vesdyn.provenance import provenance, sources_hash
+from vesdyn.refusals import shown
 
 STATES = ("running", "interrupted", "finished", "failed")
 UNITS = "length a0, time a0^2/D, energy kT, density c_r0"
@@ -114,6 +115,8 @@ class RunDirectory:
     """
 
     def __init__(self, path):
+        if not isinstance(path, (str, os.PathLike)):
+            raise RunDirectoryError(f"{shown(path)}: is not a path; give that of a directory.")
         self.path = Path(path)
         self.case_file = self.path / "case.yaml"
         self.status_file = self.path / "status.yaml"
