@@ -232,7 +232,7 @@ def _result(future, stopped):
 # In the worker -------------------------------------------------------------------------------------------
 
 
-def _carry_out(case, path, restart, sign, wanted, picture):
+def _carry_out(case, path, restart, sign, wanted, picture=True):
     """Plan and run one case in the directory ``path``; return its outcome and the sentences it warned of.
 
     ``sign`` (`_Sign`) tells when to stop; ``wanted`` is the `vesdyn.provenance.identity` of the batch;

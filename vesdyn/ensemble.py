@@ -23,7 +23,7 @@ from vesdyn.quantities import COLUMNS
 from vesdyn.storage import RunDirectory
 
 _CHUNK = 128  # runs of one batch
-_DECIDING = "spreading", "stepping", "planning"  # modules without kernels that decide numbers
+_DECIDING = "spreading", "stepping", "planning", "diagnostics"  # modules without kernels that decide numbers
 
 
 class Ensemble:

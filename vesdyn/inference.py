@@ -125,7 +125,7 @@ class Likelihood:
     def agreement(self, term, errors, numbers):
         """Probability (n_formulas, m) that the statement of ``term`` holds, or its number comes out as printed.
 
-        As printed: within twice the reading error, or as it is rounded; a legend's top: within the range.
+        As printed: within twice the error of reading, or as it is rounded; a legend's top: within the range.
         """
         found = []
         for value, error in zip(values_of(term, numbers), errors):
@@ -133,7 +133,7 @@ class Likelihood:
                 found.append(probability(term, value, error, self.sigma).mean(axis=1))
                 continue
             v = value[:, None]
-            s = np.sqrt(error**2 + (self.sigma * v) ** 2 + term.error**2 + _TINY)
+            s = np.sqrt(error**2 + (self.sigma * v) ** 2 + _TINY)
             half = max(2.0 * term.error, 0.5 * (term.to or 0.0))
             inside = ndtr((term.printed + half - v) / s) - ndtr((term.printed - half - v) / s)
             found.append((inside if term.legend is None else ndtr((v - term.printed) / s)).mean(axis=1))
@@ -197,11 +197,12 @@ class Samples(NamedTuple):
         return float(self.weights @ self.readings[chosen].sum(axis=0))
 
 
-def sample(likelihood, numbers_at, without=None, given=None, held=None, effective=_SAMPLES, seed=0):
+def sample(likelihood, numbers_at, without=None, given=None, held=None, effective=None, seed=0):
     """Samples of the posterior, the claim ``without`` left out.
 
     ``numbers_at(places)`` gives the quantities by name, arrays (m,), at ``places`` (m, n_unknowns). ``given``, a kind
-    and a reading, takes that reading for granted; ``held`` maps unknowns to values at which they are held.
+    and a reading, takes that reading for granted; ``held`` maps unknowns to values at which they are held; ``effective``
+    is how many independent samples they shall be worth.
     """
     from nautilus import Sampler  # here: slow to import
     from threadpoolctl import threadpool_limits
@@ -225,7 +226,7 @@ def sample(likelihood, numbers_at, without=None, given=None, held=None, effectiv
     with threadpool_limits(1):  # the matrices are small
         sampler = Sampler(lambda u: u, log_likelihood, int(free.sum()), n_live=_LIVE, n_networks=0, n_batch=_LIVE,
                           vectorized=True, pass_dict=False, seed=seed)  # fmt: skip
-        sampler.run(n_eff=effective, discard_exploration=False)
+        sampler.run(n_eff=effective or _SAMPLES, discard_exploration=False)
     some, log_weights, _ = sampler.posterior()
     weights = np.exp(log_weights - log_weights.max())
     keep = weights > _NEGLIGIBLE

@@ -229,6 +229,25 @@ class Inference:
         ]  # fmt: skip
 
 
+def read_held(inference, texts):
+    """Unknowns and the values at which they are held, from ``texts`` of the form key=value. Raises CaseError."""
+    held = {}
+    for text in texts:
+        key, _, value = text.partition("=")
+        try:
+            held[key] = float(value)
+            place = inference.unknowns[key].place(held[key])
+        except KeyError:
+            raise CaseError(f"--hold {text}: no unknown; there are {', '.join(inference.unknowns)}.") from None
+        except ValueError:
+            raise CaseError(f"--hold {text}: not of the form key=number; write for instance --hold drag=0.07.") from None
+        if not 0.0 <= place <= 1.0:
+            raise CaseError(f"--hold {text}: outside of the prior's range; give a value inside.")
+    if len(held) == len(inference.unknowns):
+        raise CaseError("--hold: nothing is left to infer; leave one unknown free.")
+    return held
+
+
 def read_measured(path):
     """Rows (time [a0^2/D], value, standard error) of a CSV file with these columns. Raises CaseError."""
     try:
