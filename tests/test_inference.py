@@ -1,6 +1,7 @@
 """Inference: formulas, likelihood, posterior and verdicts on curves of closed form; files and the command on tiny runs."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import yaml
 from scipy.special import logsumexp
 from scipy.stats import norm
 
+from vesdyn import ensemble as ensemble_module
 from vesdyn import inference as inference_module
 from vesdyn import inference_report
 from vesdyn.cli import main
@@ -358,7 +360,7 @@ def test_a_number_that_sets_a_parameter_is_calibrated_and_no_prediction(tmp_path
 
 
 def test_a_second_print_of_the_same_is_predicted_by_the_first(tmp_path, quadrature):
-    same = [number(name, "final(one)", 0.6, 0.006) for name in ("first", "second")]
+    same = [number(name, "final(one)", 0.6, 0.006) for name in ("first", "second", "third")]
     _, verdicts = verdicts_of(tmp_path, [*same, EARLY, {"claim": "false", "value": "final(one)", "above": [0.7, 0.8]}], slip=0.5)
     assert verdicts["first"].word == verdicts["second"].word == "predicted"
     assert verdicts["false"].word == "refuted"
@@ -401,15 +403,14 @@ def test_runs_are_kept_and_used_again(tmp_path):
 def test_a_run_that_fails_leaves_a_gap(tmp_path, monkeypatch):
     inference = inference_of(tmp_path, [FINAL])
     ensemble = Ensemble(inference, tmp_path / "runs", jobs=1, show=False)
-    chosen = ensemble._case
+    run = ensemble_module.run_batch
 
-    def hopeless(name, values, accuracy):
-        case = chosen(name, values, accuracy)
-        few = case.solver.model_copy(update={"max_iterations": 1})
-        step = case.time.model_copy(update={"step": 0.01})
-        return case.model_copy(update={"solver": few, "time": step}) if values[0] > 0.1 else case
+    def one_fails(cases, *arguments, **options):
+        outcomes = run(cases, *arguments, **options)
+        return [(case, replace(outcome, state="failed", reason="no balance.") if case.drag > 0.1 else outcome)
+                for case, outcome in outcomes]  # fmt: skip
 
-    monkeypatch.setattr(ensemble, "_case", hopeless)
+    monkeypatch.setattr(ensemble_module, "run_batch", one_fails)
     with pytest.warns(UserWarning, match="left out"):
         table = ensemble.quantities(np.array([[0.2, 0.5], [0.9, 0.5]]), 0.2)
     assert np.isfinite(table[0, 0]) and np.isnan(table[1, 0])

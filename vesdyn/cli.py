@@ -7,6 +7,7 @@ import argparse
 import contextlib
 import os
 import sys
+import time
 import warnings
 from collections import Counter
 from pathlib import Path

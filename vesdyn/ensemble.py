@@ -15,15 +15,13 @@ from pathlib import Path
 import numpy as np
 
 
-import vesdyn
-from vesdyn import _jit
 from vesdyn.batch import run_batch
 from vesdyn.planning import needs_planning, plan
+from vesdyn.provenance import sources_hash
 from vesdyn.quantities import COLUMNS
 from vesdyn.storage import RunDirectory
 
 _CHUNK = 128  # runs of one batch
-_DECIDING = "spreading", "stepping", "planning", "diagnostics"  # modules without kernels that decide numbers
 
 
 class Ensemble:
@@ -35,7 +33,7 @@ class Ensemble:
     def __init__(self, inference, directory, jobs=None, scheduler=None, show=True):
         self.inference, self.directory = inference, Path(directory)
         self.options = {"jobs": jobs, "scheduler": scheduler, "show": show}
-        self.curves = self.directory / "curves" / _sources_hash()
+        self.curves = self.directory / "curves" / sources_hash()[:12]
         self.runs = 0
         self._middle, self._chosen = {}, {}
 
@@ -105,11 +103,3 @@ class Ensemble:
 def _read(file):
     with np.load(file) as stored:
         return {column: stored[column] for column in stored.files}
-
-
-def _sources_hash():
-    package = Path(vesdyn.__file__).parent
-    digest = hashlib.sha256()
-    for source in sorted({*_jit.compiled_modules(package), *(package / f"{name}.py" for name in _DECIDING)}):
-        digest.update(source.read_bytes())
-    return digest.hexdigest()[:12]

@@ -214,7 +214,7 @@ def sample(likelihood, numbers_at, without=None, given=None, held=None, effectiv
 
     def whole(some):
         places = np.tile(fixed, (len(some), 1))
-        places[:, free] = some
+        places[:, free] = some[:, : free.sum()]
         return places
 
     def each(places):
@@ -224,7 +224,8 @@ def sample(likelihood, numbers_at, without=None, given=None, held=None, effectiv
         return logsumexp(each(whole(some)), axis=0) - np.log(chosen.sum())
 
     with threadpool_limits(1):  # the matrices are small
-        sampler = Sampler(lambda u: u, log_likelihood, int(free.sum()), n_live=_LIVE, n_networks=0, n_batch=_LIVE,
+        n = max(2, int(free.sum()))  # the sampler needs two: the second of one alone changes nothing
+        sampler = Sampler(lambda u: u, log_likelihood, n, n_live=_LIVE, n_networks=0, n_batch=_LIVE,
                           vectorized=True, pass_dict=False, seed=seed)  # fmt: skip
         sampler.run(n_eff=effective or _SAMPLES, discard_exploration=False)
     some, log_weights, _ = sampler.posterior()

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 import numpy as np
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from vesdyn.case import load_case
+from vesdyn import plain_yaml
+from vesdyn.case_file import load_case
 from vesdyn.errors import CaseError
 from vesdyn.quantities import COLUMNS, Formula, Quantity
 
@@ -266,11 +266,9 @@ def read_measured(path):
 
 def _specification(path):
     try:
-        raw = yaml.safe_load(path.read_bytes())
+        raw = plain_yaml.read(path.read_bytes(), path)
     except OSError as error:
         raise CaseError(f"{path}: {error.strerror}; give the path of an inference file.") from None
-    except (yaml.YAMLError, ValueError) as error:
-        raise CaseError(f"{path}: not readable as YAML ({str(error).splitlines()[0]}); correct it.") from None
     if not isinstance(raw, dict):
         raise CaseError(f"{path}: not a mapping of keys to values; configs/inference/ has examples.")
     try:
@@ -297,4 +295,4 @@ def _range(limits):
 
 
 def _on_one_line(value):
-    return yaml.safe_dump(value, default_flow_style=True, width=float("inf")).removesuffix("...\n").strip()
+    return plain_yaml.write(value, width=float("inf"), flow=True).strip()
