@@ -82,13 +82,14 @@ def run_batch(
     scheduler: str | None = None,
     restart: bool = False,
     show: bool = True,
+    pictures: bool = True,
 ) -> list[tuple[Case, Outcome]]:
     """Run each of ``cases`` in ``out``/<name>; return a list of (case, `vesdyn.run.Outcome`) in their order.
 
     ``jobs`` worker processes (by default one a core) on this machine, or the workers of the Dask scheduler at the
     address ``scheduler``, which must see the same files. ``restart`` computes finished runs anew as well. ``show``
-    keeps a table on stderr, or a line for each case where that is no terminal. A case that fails is an outcome and
-    does not stop the others. An interrupt (SIGINT, SIGTERM) stores checkpoints and stops; a second one stops at once.
+    keeps a table on stderr, or a line for each case where that is no terminal; ``pictures`` draws a summary of each
+    run. A case that fails is an outcome and does not stop the others. An interrupt (SIGINT, SIGTERM) stores checkpoints and stops; a second one stops at once.
     Processes are spawned: a script that calls this needs its ``if __name__ == "__main__"``.
 
     Raises `BatchError` if there is no such cluster, or if one of its workers has another version or other sources.
@@ -126,7 +127,7 @@ def run_batch(
             while waiting and free:
                 case, worker = waiting.popleft(), free.pop()
                 anew = restart and not (case.name in outcomes and outcomes[case.name].state == "elsewhere")
-                running[_submit(worker, case, out / case.name, anew, sign, identity())] = case, worker
+                running[_submit(worker, case, out / case.name, anew, sign, identity(), pictures)] = case, worker
             done, _ = wait(running, timeout=_REFRESH, return_when=FIRST_COMPLETED)
             for future in done:
                 case, worker = running.pop(future)
@@ -243,10 +244,11 @@ def _result(future, stopped):
 # In the worker -------------------------------------------------------------------------------------------
 
 
-def _carry_out(case, path, restart, sign, wanted):
+def _carry_out(case, path, restart, sign, wanted, picture=True):
     """Plan and run one case in the directory ``path``; return its outcome and the sentences it warned of.
 
-    ``sign`` (`_Sign`) tells when to stop; ``wanted`` is the `vesdyn.provenance.identity` of the batch.
+    ``sign`` (`_Sign`) tells when to stop; ``wanted`` is the `vesdyn.provenance.identity` of the batch;
+    ``picture`` says whether a summary is drawn.
     """
     stop = functools.partial(sign.stopped_by, case)
     if reason := stop():
@@ -256,7 +258,7 @@ def _carry_out(case, path, restart, sign, wanted):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            outcome = _compute(case, path, restart, stop)
+            outcome = _compute(case, path, restart, stop, picture)
         except BusyError:
             outcome = Outcome("elsewhere", "another process computes it.")
         except (CaseError, RunError) as error:
@@ -264,10 +266,10 @@ def _carry_out(case, path, restart, sign, wanted):
     return outcome, [str(doubt.message) for doubt in caught if doubt.category is UserWarning]
 
 
-def _compute(case, path, restart, stop):
+def _compute(case, path, restart, stop, picture):
     case, decisions = plan(case) if needs_planning(case) else (case, ())
     restart = restart or _is_of_others(case, RunDirectory(path))
-    run = functools.partial(run_case, case, path, progress=False, decisions=decisions, stop=stop)
+    run = functools.partial(run_case, case, path, progress=False, decisions=decisions, stop=stop, picture=picture)
     try:
         return run(restart=restart)
     except DamagedRunError as damage:

@@ -1,4 +1,4 @@
-"""The command line: ``vesdyn run``, ``batch``, ``explain``, ``resume``, ``info`` and ``template``.
+"""The command line: ``vesdyn run``, ``batch``, ``infer``, ``explain``, ``resume``, ``info`` and ``template``.
 
 Exit status 0: done; 1: the run failed; 2: the case or the command cannot be used; 130: interrupted.
 """
@@ -7,6 +7,7 @@ import argparse
 import contextlib
 import os
 import sys
+import time
 import warnings
 from collections import Counter
 from pathlib import Path
@@ -89,6 +90,14 @@ def _parser():
     batch.add_argument("--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="replace a key")
     batch.add_argument("--restart", action="store_true", help="compute finished runs anew, too")
     batch.add_argument("--quiet", **quiet)
+    infer = add("infer", _infer, "infer unknown parameters from data, or go on with it", "FILE", "the inference file (YAML)")
+    infer.add_argument("--out", type=Path, metavar="DIR", help="where runs and results go (default: runs/<name>)")
+    infer.add_argument("--jobs", type=_count, metavar="N", help="processes on this machine (default: one a core)")
+    infer.add_argument("--scheduler", metavar="ADDRESS", help="use the workers of this Dask scheduler")
+    infer.add_argument("--hold", nargs="+", default=[], metavar="KEY=VALUE", help="tell also of the rest with these held")
+    infer.add_argument("--direct", type=_count, metavar="N", help="compare with a sampler that runs N points, no emulator")
+    infer.add_argument("--trials", type=_count, metavar="N", help="N synthetic experiments: are the unknowns recovered?")
+    infer.add_argument("--no-claims", action="store_true", help="leave out what each claim is worth without itself")
     explain = add("explain", _explain, "say what a case will compute and leave out", "CASE", case_file)
     explain.add_argument("--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="replace a key of the case")
     resume = add("resume", _resume, "go on with an interrupted run", "DIR", "the directory of the run")
@@ -151,6 +160,42 @@ def _batch(arguments):
         if outcome.state == "failed":
             _refuse(f"{arguments.out / case.name}: {outcome.reason}", 1)
     return 130 if counts["interrupted"] else 1 if counts["failed"] else 0
+
+
+def _infer(arguments):
+    from vesdyn.ensemble import Ensemble
+    from vesdyn.errors import RunError
+    from vesdyn.inference import infer, sample_directly, trials
+    from vesdyn.inference_file import Inference, read_held
+    from vesdyn.inference_report import coverage, direct, held_table, write
+
+    began = time.monotonic()
+    inference = Inference(arguments.file)
+    held = read_held(inference, arguments.hold)
+    directory = arguments.out or Path("runs", inference.name)
+    ensemble = Ensemble(inference, directory, arguments.jobs, arguments.scheduler)
+
+    def tell(line):
+        print(f"[{time.monotonic() - began:.0f} s] {line}", flush=True)
+
+    notes = []
+    try:
+        result = infer(inference, ensemble, tell, claims=not arguments.no_claims)
+        if held:
+            notes.append(("With unknowns held", held_table(result, held)))
+        if arguments.direct:
+            tell(f"without the emulator: {arguments.direct} points")
+            notes.append(("Without the emulator", direct(result, sample_directly(result, ensemble, arguments.direct))))
+        if arguments.trials:
+            tell(f"trials: {arguments.trials} synthetic experiments")
+            notes.append(("Trials", coverage(inference, *trials(result, ensemble, arguments.trials))))
+    except RunError as error:
+        return _refuse(error, 1)
+    time_used = f"{time.monotonic() - began:.0f} s, {ensemble.runs} runs computed here and the others read."
+    write(result, directory, [*notes, ("Time", [time_used])])
+    print((directory / "report.md").read_text())
+    print(f"{directory}: report.md, samples.csv, points.csv, claims.csv, corner.png, predictive.png")
+    return 0
 
 
 def _explain(arguments):

@@ -19,7 +19,10 @@ import vesdyn
 PACKAGE = Path(__file__).parent
 # Modules that draw, speak, store or start, and decide no number. Every other module counts, a new one too.
 BYSTANDERS = frozenset(
-    {"__main__", "batch", "calibration", "cli", "files", "interrupts", "pictures", "provenance", "results", "run", "storage", "study"}
+    {
+        "__main__", "batch", "calibration", "cli", "emulator", "ensemble", "files", "inference", "inference_file",
+        "inference_report", "interrupts", "pictures", "provenance", "quantities", "results", "run", "storage", "study",
+    }  # fmt: skip
 )
 _LIBRARIES = ("numba", "numpy", "scipy")
 

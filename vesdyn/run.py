@@ -75,6 +75,7 @@ def run_case(
     restart: bool = False,
     decisions: Sequence[str] = (),
     stop: Callable[[], str | None] = lambda: None,
+    picture: bool = True,
 ) -> Outcome:
     """Run ``case`` in ``directory`` (a path) from where it stands there to its end; return the ``Outcome``.
 
@@ -85,7 +86,7 @@ def run_case(
     An interrupt (SIGINT, SIGTERM) gives the step in hand up, stores a checkpoint and stops; a second one
     stops at once, and what was done since the last checkpoint is done again later. ``progress`` shows a bar
     if stderr is a terminal. ``restart`` removes an earlier run first. ``decisions`` are stored with the case.
-    ``stop`` is asked every few tenths of a second for a reason to stop.
+    ``stop`` is asked every few tenths of a second for a reason to stop. Without ``picture`` no summary is drawn.
 
     Raises CaseError for a case that cannot be used, vesdyn.storage.RunDirectoryError if the directory cannot take
     the run, and vesdyn.files.WriteError if a file cannot be written. A step for which no balance is found is no
@@ -102,7 +103,7 @@ def run_case(
             directory.verify(directory.finished_marks())
             for name in directory.mend():
                 warnings.warn(f"{directory.path}: {name} was damaged or gone and is made anew.", stacklevel=2)
-            if not directory.summary_file.exists():
+            if picture and not directory.summary_file.exists():
                 _draw(directory)
                 status = directory.status()
                 directory.write_status("finished", status["reason"], status["wall_time"])
@@ -110,11 +111,11 @@ def run_case(
         for sentence in [*case.warnings(), *missed_wish(case)]:
             warnings.warn(sentence, stacklevel=2)
         with interrupts() as asked:
-            _advance(case, directory, columns, on_step, lambda: asked() or stop(), progress)
+            _advance(case, directory, columns, on_step, lambda: asked() or stop(), progress, picture)
         return _outcome(case, directory)
 
 
-def _advance(case, directory, columns, on_step, interruption, progress):
+def _advance(case, directory, columns, on_step, interruption, progress, picture):
     """Take the coupling steps that are left, until ``interruption()``; the last status written says how it ended."""
     began = time.monotonic() - directory.status().get("wall_time", 0.0)
 
@@ -158,7 +159,8 @@ def _advance(case, directory, columns, on_step, interruption, progress):
             settle("interrupted", f"stopped by {reason}.")
         else:
             rest = _rest(case, directory, Moment(sim, state))
-            _draw(directory)
+            if picture:
+                _draw(directory)
             settle("finished", rest)
     except KeyboardInterrupt:
         settle("interrupted", "stopped at once by an interrupt.")

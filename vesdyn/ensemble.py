@@ -1,0 +1,105 @@
+"""Curves of the cases of an inference at many points of its unknowns: run as batches, once, and kept.
+
+A run leaves one small file, named by a hash of its case, in a folder named by a hash of the sources that computed it,
+so nothing is ever taken from another version, and a batch that was stopped goes on. The bodies and meshes that a case
+leaves to be chosen are chosen once, in the middle of the unknowns' ranges, and are the same at all points.
+"""
+
+import hashlib
+import json
+import os
+import shutil
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+
+from vesdyn.batch import run_batch
+from vesdyn.planning import needs_planning, plan
+from vesdyn.provenance import sources_hash
+from vesdyn.quantities import COLUMNS
+from vesdyn.storage import RunDirectory
+
+_CHUNK = 128  # runs of one batch
+
+
+class Ensemble:
+    """The runs of ``inference`` (`vesdyn.inference_file.Inference`), kept in ``directory``.
+
+    ``jobs``, ``scheduler`` and ``show`` as for `vesdyn.batch.run_batch`; ``runs`` counts those computed here.
+    """
+
+    def __init__(self, inference, directory, jobs=None, scheduler=None, show=True):
+        self.inference, self.directory = inference, Path(directory)
+        self.options = {"jobs": jobs, "scheduler": scheduler, "show": show}
+        self.curves = self.directory / "curves" / sources_hash()[:12]
+        self.runs = 0
+        self._middle, self._chosen = {}, {}
+
+    def quantities(self, places, accuracy):
+        """Numbers (n_points, n_quantities) at ``places`` (n_points, n_unknowns); NaN where a run failed."""
+        self._prepare(places, accuracy)
+        names = list(self.inference.scenes)
+        table = []
+        for values in self.inference.values(places):
+            rows = {name: _read(self._file(name, values, accuracy)) for name in names}
+            table.append([q.of(rows[q.case]) if rows[q.case] else np.nan for q in self.inference.quantities])
+        return np.array(table).reshape(-1, len(self.inference.quantities))
+
+    def _prepare(self, places, accuracy):
+        """Run what is missing, in batches; raise KeyboardInterrupt where one is interrupted."""
+        wanted = {self._file(name, values, accuracy): (name, values)
+                  for values in self.inference.values(places) for name in self.inference.scenes}  # fmt: skip
+        missing = [(file, *run) for file, run in wanted.items() if not file.exists()]
+        self.curves.mkdir(parents=True, exist_ok=True)
+        for start in range(0, len(missing), _CHUNK):
+            some = missing[start : start + _CHUNK]
+            files = {file.stem: file for file, _, _ in some}
+            cases = [self._case(name, values, accuracy).model_copy(update={"name": file.stem}) for file, name, values in some]
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # coarse on purpose, and checked
+                outcomes = run_batch(cases, self.directory / "runs", pictures=False, **self.options)
+            for case, outcome in outcomes:
+                if outcome.state == "interrupted":
+                    raise KeyboardInterrupt
+                self._keep(RunDirectory(self.directory / "runs" / case.name), outcome, files[case.name])
+            self.runs += len(some)
+
+    def _keep(self, directory, outcome, file):
+        """Store the columns of a finished run, or nothing of one that failed, and remove its directory."""
+        rows = {}
+        if outcome.state == "finished":
+            history = directory.history()
+            rows = {column: history[column] for column in ("time", *COLUMNS)}
+        else:
+            warnings.warn(f"{file.stem}: {outcome.reason} The point is left out.", stacklevel=2)
+        unfinished = file.with_suffix(".part")
+        with open(unfinished, "wb") as out:
+            np.savez_compressed(out, **rows)
+        os.replace(unfinished, file)
+        shutil.rmtree(directory.path)
+
+    def _file(self, name, values, accuracy):
+        """Where the curve of the case ``name`` is kept, whether it is there or not."""
+        if name not in self._middle:
+            centre = self.inference.values(np.full(len(self.inference.unknowns), 0.5))
+            self._middle[name] = self.inference.case(name, self.inference.settings(name, centre), 0.01).to_yaml()
+        whole = json.dumps([self._middle[name], self.inference.settings(name, values), accuracy], sort_keys=True)
+        return self.curves / f"{name}-{hashlib.sha256(whole.encode()).hexdigest()[:16]}.npz"
+
+    def _case(self, name, values, accuracy):
+        """The case as it is run: no frames, body and mesh as chosen in the middle."""
+        if (name, accuracy) not in self._chosen:
+            centre = self.inference.values(np.full(len(self.inference.unknowns), 0.5))
+            middle = self.inference.case(name, self.inference.settings(name, centre), accuracy)
+            chosen = plan(middle).case if needs_planning(middle) else middle
+            self._chosen[name, accuracy] = {"model": chosen.model, "mesh": chosen.mesh}
+        case = self.inference.case(name, self.inference.settings(name, values), accuracy)
+        output = case.output.model_copy(update={"frames": ()})
+        return case.model_copy(update={**self._chosen[name, accuracy], "output": output})
+
+
+def _read(file):
+    with np.load(file) as stored:
+        return {column: stored[column] for column in stored.files}
