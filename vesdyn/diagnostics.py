@@ -13,11 +13,10 @@ import numpy as np
 from vesdyn.adhesion import adhesion_traction, ligand_density
 from vesdyn.body import area_below, area_facing_away, elastic_energy, principal_tensions, set_shares_below
 from vesdyn.errors import CaseError
-from vesdyn.front import contact_radius
+from vesdyn.front import BINDING_GAP, contact_radius
 from vesdyn.refusals import LONGEST_VALUE, shown
 from vesdyn.substrate import gaps, touches
 
-BINDING_GAP = 0.02  # of the cutoff: membrane closer than this counts as bound
 
 
 class Moment:

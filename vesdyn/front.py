@@ -21,6 +21,8 @@ ANGLE_AT = 0.5  # height / d_c of the spreading angle
 ANGLES_AT = 0.25, 1.0  # heights / d_c at which it is compared
 _ROUND_OFF = 1e-12  # of heights [a0]
 
+BINDING_GAP = 0.02  # of the cutoff: membrane closer than this counts as bound
+
 
 def front_points(x, edges, share):
     """Horizontal coordinates (n_points, d - 1) [a0] where ``edges`` are cut at ``share`` of their length.

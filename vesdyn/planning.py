@@ -25,6 +25,7 @@ from vesdyn.stepping import FoldError, is_steady, march
 from vesdyn.substrate import gaps
 
 SCOUT_ACCURACY = 0.02
+SCOUT_ITERATIONS = 4000  # of a relaxation where Newton's method fails: a scout that needs more is repeated finer
 LONGEST_SCOUT_EDGE = 0.02  # [a0]
 EDGES_A_CUTOFF = 4  # at least: the snap-in zone is resolved
 EDGES_A_RADIUS = 6  # at least, of a scout when the wish begins to count
@@ -86,7 +87,9 @@ def scout(case, front_edge, fine_angle):
             ),
             "time": case.time.model_copy(update={"step": "auto", "order": 2, "stop_when_steady": True}),
             "output": case.output.model_copy(update={"frames": ()}),
-            "solver": case.solver.model_copy(update={"method": "newton", "tolerance": "auto"}),
+            "solver": case.solver.model_copy(
+                update={"method": "newton", "tolerance": "auto", "max_iterations": SCOUT_ITERATIONS}
+            ),
         }
     )
     sim = Spreading(coarse)
@@ -171,6 +174,14 @@ def _choose_bending(case, scouts, decisions):
     if thickness == 0.0:
         decisions.append("left out: bending (membrane.thickness is 0).")
         return case, scouts
+    if scouts and scouts[1].tension < -COMPRESSION * case.membrane.shear_modulus:
+        decisions.append(
+            f"bending: thickness {thickness:g}; without it the compressed membrane would wrinkle at the scale of the mesh."
+        )
+        return case, scouts
+    if case.model != "auto":
+        decisions.append(f"bending: thickness {thickness:g}.")
+        return case, scouts
     bare = case.model_copy(update={"membrane": case.membrane.model_copy(update={"thickness": 0.0})})
     seen_bare = scouts and scout(bare, scouts[1].front_edge, min(180.0, MARGIN * scouts[1].reach))
     if not seen_bare:
@@ -179,7 +190,7 @@ def _choose_bending(case, scouts, decisions):
     seen = scouts[1]
     effect = _largest_difference(seen_bare, seen)
     slack = seen_bare.tension < -COMPRESSION * case.membrane.shear_modulus
-    if case.model == "auto" and effect < BENDING_SHARE * case.accuracy and not slack:
+    if effect < BENDING_SHARE * case.accuracy and not slack:
         decisions.append(
             f"left out: bending; a thickness of {thickness:g} changes the binding area by {effect:.2%} at most"
             " and nothing is in compression."

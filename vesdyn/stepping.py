@@ -12,13 +12,11 @@ their units alone take the same steps.
 """
 import math
 
-import numpy as np
-
 from vesdyn.balance import NoBalanceError
 from vesdyn.body import area_facing_away
 from vesdyn.budget import STEP_ERROR
+from vesdyn.front import BINDING_GAP
 from vesdyn.spreading import STARTING_STEPS
-from vesdyn.substrate import gaps, touches
 
 FIRST_STEP = 0.2  # of the shorter time of the scene, per unit of accuracy
 LONGEST_STEP = 0.2  # of the time that has passed
@@ -51,19 +49,14 @@ def march(sim, state=None, pause=lambda: None):
 
 
 def _check_fold(sim, state):
-    """Raise `FoldError` where more membrane than the accuracy allows lies over other membrane near the substrate."""
-    folded = area_facing_away(sim.body.topology, state.x, sim.case.adhesion.cutoff)
-    if folded > sim.case.accuracy * bound_area(sim, state):
+    """Raise `FoldError` where membrane that faces away from the substrate is bound to it, through other membrane."""
+    folded = area_facing_away(sim.body.topology, state.x, BINDING_GAP * sim.case.adhesion.cutoff)
+    if folded > 0.0:
         raise FoldError(
-            f"t = {state.time:.6g}: the membrane folds over itself at the substrate ({folded:.3g} a0^2 within the cutoff"
-            " face away from it), and the model has no self-contact; end the run before, or take a stiffer membrane or"
-            " a weaker traction"
+            f"t = {state.time:.6g}: the membrane has folded over itself at the substrate ({folded:.2g} a0^2 of it are bound"
+            " with the inner side down), and the model has no self-contact; end the run before, or take a stiffer"
+            " membrane or a weaker traction"
         )
-
-
-def bound_area(sim, state):
-    """Area [a0^2] of the nodes that touch the substrate."""
-    return float(np.sum(state.area[touches(gaps(state.x))]))
 
 
 def is_over(sim, state):
