@@ -211,6 +211,9 @@ class Mesh(_Section):
     fine_angle: float = Field(
         80.0, ge=5, le=180, description="slope of the start shape up to which edges are those of the front [degrees]"
     )
+    difficulty: float = Field(
+        1.0, ge=0, le=1e6, description="error of the mesh against that in the paper's cases; auto edges: as scouts measure"
+    )
     layout: Literal["scalloped", "rings", "spiral"] = Field(
         "scalloped", description="how the vertices are laid out: scalloped, rings or spiral"
     )

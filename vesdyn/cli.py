@@ -4,6 +4,7 @@ Exit status 0: done; 1: the run failed; 2: the case or the command cannot be use
 """
 
 import argparse
+import math
 import contextlib
 import os
 import sys
@@ -254,12 +255,17 @@ def _tell(outcome, directory, quiet):
         print(f"Go on with it by: vesdyn resume {directory}")
 
 
+def _believed(error):
+    """What a run believes of its binding area, in brackets."""
+    return " (error not known)" if math.isnan(error) else f" (believed to {error:.1%})"
+
+
 def _figures(outcome):
     minutes, seconds = divmod(outcome.wall_time, 60)
     return "\n".join(
         (
             f"  t = {outcome.time:g} after {outcome.steps} steps in {minutes:.0f} min {seconds:04.1f} s",
-            f"  binding area                  {outcome.binding_area:.6g} a0^2",
+            f"  binding area                  {outcome.binding_area:.6g} a0^2{_believed(outcome.area_error)}",
             f"  largest volume error          {outcome.volume_error:.1e}",
             f"  largest receptor-number error {outcome.receptor_number_error:.1e}",
         )

@@ -12,8 +12,10 @@ import numpy as np
 
 from vesdyn.adhesion import adhesion_traction, ligand_density
 from vesdyn.body import area_below, area_facing_away, elastic_energy, principal_tensions, set_shares_below
+from vesdyn.budget import FIXED_STEP_ERROR, SHARES, TOLERANCE_ERROR
 from vesdyn.errors import CaseError
 from vesdyn.front import BINDING_GAP, contact_radius
+from vesdyn.kinds import KINDS
 from vesdyn.refusals import LONGEST_VALUE, shown
 from vesdyn.substrate import gaps, touches
 
@@ -132,6 +134,22 @@ def _number_of(column):
     return value
 
 
+def believed_error(case, radius):
+    """Relative error of the binding area that a run of ``case`` believes to have with the front at ``radius`` [a0].
+
+    What mesh, step and tolerance are estimated to cost, added (`vesdyn.budget`, `vesdyn.body.MeshError`); the mesh by the
+    difference of two scouts of the scene where edges were left to be chosen. NaN for a mesh from a file, whose error
+    nobody has measured, and before contact.
+    """
+    if case.mesh.file is not None or radius <= 0.0:
+        return np.nan
+    error = KINDS[case.model].mesh_error(case.mesh, case.membrane.thickness > 0.0)
+    mesh = case.mesh.difficulty * error.at(case.mesh.front_edge, radius)
+    fixed = case.time.step != "auto"
+    step = FIXED_STEP_ERROR[case.time.order] * case.time.step if fixed else SHARES["step"] * case.accuracy
+    return min(1.0, mesh + step + TOLERANCE_ERROR * case.tolerance)
+
+
 def _lost_receptors(m):
     return 0.0 if m.sim.adhesion.frozen else m.state.number.sum() / m.sim.number_0 - 1.0
 
@@ -165,4 +183,10 @@ COLUMNS = (
     ),
     Column("clipped_edges", "1", "edges whose negative conductance is set to zero", lambda m: m.state.clipped_edges),
     Column("step_error", "1", "relative difference of the state from the one seen ahead", lambda m: m.state.step_error),
+    Column(
+        "area_error",
+        "1",
+        "believed relative error of the binding area",
+        lambda m: believed_error(m.sim.case, m.contact[1]),
+    ),
 )

@@ -229,7 +229,8 @@ def _choose_mesh(case, model, scouts, decisions):
     if mesh.file is not None:
         return _tell_mesh_in_file(case, kind, error, decisions)
     if scouts:
-        error = _calibrated(error, scouts)
+        mesh = mesh.model_copy(update={"difficulty": _difficulty(scouts)})
+    error = error._replace(constant=error.constant * mesh.difficulty)
     front, far, fine = mesh.front_edge, mesh.far_edge, mesh.fine_angle
     if "auto" in (front, far) and not scouts:
         raise CaseError(
@@ -262,12 +263,12 @@ def _choose_mesh(case, model, scouts, decisions):
     return mesh
 
 
-def _calibrated(error, scouts):
-    """The error model with its constant as the difference of the two scouts of this scene tells, within TRUST."""
+def _difficulty(scouts):
+    """Error of a mesh in this scene against that of the model, as the difference of two scouts tells, within TRUST."""
     coarser, finer = scouts
     measured = _largest_difference(coarser, finer) / ((coarser.front_edge / finer.front_edge) ** MESH_ORDER - 1.0)
     by_model = KINDS["axisymmetric"].mesh_error(None, finer.bends).at(finer.front_edge, finer.early_radius)
-    return error._replace(constant=error.constant * float(np.clip(measured / by_model, *TRUST)))
+    return float(f"{np.clip(measured / by_model, *TRUST):.3g}")
 
 
 def _tell_mesh_in_file(case, kind, error, decisions):

@@ -4,6 +4,7 @@ The times of the steps follow from the case alone, so an interrupted run and an 
 same bits.
 """
 
+import math
 import sys
 import time
 import warnings
@@ -15,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from vesdyn.balance import NoBalanceError
-from vesdyn.budget import FIXED_STEP_ERROR
+from vesdyn.budget import FIXED_STEP_ERROR, WISHED_FROM
 from vesdyn.case import Case, check_is_case
 from vesdyn.diagnostics import COLUMNS, Column, Moment, own_columns
 from vesdyn.files import WriteError
@@ -26,8 +27,8 @@ from vesdyn.spreading import Spreading
 from vesdyn.stepping import is_over, march
 from vesdyn.storage import DamagedRunError, RunDirectory
 
-_EARLY = 0.01  # time from which the accuracy wish counts [a0^2/D]
-_ASSUMED_RADIUS = 0.15  # of the front at that time, where it is not known yet [a0]; the paper's cases have 0.1 to 0.3
+_ROUNDED = 1.1  # of the wish: edges are chosen to two digits
+_ASSUMED_RADIUS = 0.15  # [a0] of the front when the wish begins to count, before that is known; the paper's: 0.1 to 0.3
 
 
 @dataclass(frozen=True)
@@ -35,8 +36,9 @@ class Outcome:
     """How a run ended, and its figures so far.
 
     ``state`` is finished, interrupted or failed, ``reason`` a sentence; ``time`` [a0^2/D] and ``steps`` from
-    t = 0; ``wall_time`` [s] over all sittings; ``binding_area`` [a0^2] is the last, ``volume_error`` and
-    ``receptor_number_error`` the largest relative ones of any step; ``note`` what the body could not show.
+    t = 0; ``wall_time`` [s] over all sittings; ``binding_area`` [a0^2] is the last and ``area_error`` the relative
+    error that it is believed to have, NaN where that is not known; ``volume_error`` and ``receptor_number_error`` are
+    the largest relative ones of any step; ``note`` is what the run could not show or keep.
     """
 
     state: str
@@ -48,6 +50,7 @@ class Outcome:
     volume_error: float = 0.0
     receptor_number_error: float = 0.0
     note: str | None = None
+    area_error: float = math.nan
 
     @property
     def exit_status(self):
@@ -213,22 +216,35 @@ def _rest(case, directory, moment):
 def missed_wish(case, history=None):
     """Return a sentence for each of the given mesh and step that cannot keep the accuracy that was given.
 
-    ``history`` maps columns to arrays and tells where the front was at t = 0.01; without it a radius is assumed.
+    ``history`` maps columns to arrays and tells where the front was when the wish began to count; without it a radius
+    is assumed.
     """
     if case.mesh.file is not None:
         return []
-    early = [] if history is None else history["contact_radius"][history["time"] >= _EARLY]
+    early = [] if history is None else history["contact_radius"][_counts(history)]
     radius = early[0] if len(early) and early[0] > 0.0 else _ASSUMED_RADIUS
     mesh_error = KINDS[case.model].mesh_error(case.mesh, case.membrane.thickness > 0.0)
     step_error = 0.0 if case.time.step == "auto" else FIXED_STEP_ERROR[case.time.order] * case.time.step
     return case.missed_wish(mesh_error.at(case.mesh.front_edge, radius), step_error)
 
 
+def _counts(history):
+    """Whether the accuracy wish holds at each step: from WISHED_FROM of the last binding area on."""
+    return history["binding_area"] >= WISHED_FROM * history["binding_area"][-1]
+
+
 def _notes(case, history):
     """What the run could not show or keep, in one sentence, or None."""
     notes = [compression_note(case, history)]
-    if "contact_radius" in history:
+    if "contact_radius" in history and len(history["time"]):
         notes += missed_wish(case, history)
+    if "area_error" in history and len(history["time"]):
+        believed = np.max(history["area_error"][_counts(history)])
+        if believed > case.accuracy * _ROUNDED:
+            notes.append(
+                f"the binding area is believed to be off by up to {believed:.2g} of itself, more than the wish of"
+                f" {case.accuracy:.2g}; give a smaller accuracy with edges and step `auto`, or finer ones"
+            )
     return "; ".join(note.rstrip(".") for note in notes if note) or None
 
 
@@ -252,6 +268,7 @@ def _outcome(case, directory, reason=None):
         volume_error=largest("volume_error"),
         receptor_number_error=largest("receptor_number_error"),
         note=_notes(case, history),
+        area_error=last("area_error") if "area_error" in history else math.nan,
     )
 
 
