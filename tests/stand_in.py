@@ -38,6 +38,9 @@ class Physics:
         x = 3.9 * state.x * (1 - state.x) + (until - state.time) * 1e-3
         return Chaos(until, state.steps + 1, x)
 
+    def folded_area(self, state):
+        return 0.0
+
     def stored(self, state):
         return state._asdict()
 

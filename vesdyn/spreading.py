@@ -22,7 +22,7 @@ from vesdyn import adhesion, newton, receptors, relaxation
 from vesdyn.balance import CONVERGED, DIVERGED, Balance, Limits, NoBalanceError, allocate
 from vesdyn.body import add_elastic_forces, area_facing_away, edge_conductances, elastic_energy
 from vesdyn.errors import CaseError
-from vesdyn.front import displace_front
+from vesdyn.front import BINDING_GAP, displace_front
 from vesdyn.kinds import KINDS
 from vesdyn.substrate import gaps, kept_landed
 
@@ -289,6 +289,10 @@ class Spreading:
         """Root mean square distance [a0] of two configurations, over the reference area."""
         weight = self.body.reference_area / self.body.reference_area.sum()
         return np.sqrt(np.sum(weight[:, None] * (x - y) ** 2))
+
+    def folded_area(self, state):
+        """Area [a0^2] of the membrane that is bound with its inner side down, through other membrane."""
+        return area_facing_away(self.body.topology, state.x, BINDING_GAP * self.case.adhesion.cutoff)
 
     def progress_rates(self, state):
         """How fast the shape and the numbers of receptors move away from the start: d ln(distance) / d ln(time), both.

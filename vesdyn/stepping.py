@@ -13,9 +13,7 @@ their units alone take the same steps.
 import math
 
 from vesdyn.balance import NoBalanceError
-from vesdyn.body import area_facing_away
 from vesdyn.budget import STEP_ERROR
-from vesdyn.front import BINDING_GAP
 from vesdyn.spreading import STARTING_STEPS
 
 FIRST_STEP = 0.2  # of the shorter time of the scene, per unit of accuracy
@@ -50,7 +48,7 @@ def march(sim, state=None, pause=lambda: None):
 
 def _check_fold(sim, state):
     """Raise `FoldError` where membrane that faces away from the substrate is bound to it, through other membrane."""
-    folded = area_facing_away(sim.body.topology, state.x, BINDING_GAP * sim.case.adhesion.cutoff)
+    folded = sim.folded_area(state)
     if folded > 0.0:
         raise FoldError(
             f"t = {state.time:.6g}: the membrane has folded over itself at the substrate ({folded:.2g} a0^2 of it are bound"
