@@ -44,7 +44,7 @@ def newton(balance, starts, pressure, limits, scratch, pause=lambda: None):
     size, missing = residual(balance, x, pressure, scratch)
     for iteration in range(_ITERATIONS):
         if size <= limits.tolerance and abs(missing) <= VOLUME_TOLERANCE:
-            if not is_lower(balance, x, start, pressure, scratch):
+            if not is_lower(balance, x, starts[0], pressure, scratch):
                 break
             return Solution(x, CONVERGED, iteration, size, float(pressure))
         pause()
@@ -69,7 +69,8 @@ def newton(balance, starts, pressure, limits, scratch, pause=lambda: None):
 def is_lower(balance, x, start, pressure, scratch):
     """True where the potential at ``x`` is not above that at ``start``: a balance above it is none that the membrane seeks.
 
-    Without drag, for example, a vesicle that hovers beyond the reach of the substrate is in balance as well.
+    Without drag, for example, a vesicle that hovers beyond the reach of the substrate is in balance as well. Both must
+    enclose the volume of the balance, as the last shape does and one seen ahead does not.
     """
     here, before = (incremental_potential(balance, y, pressure, scratch) for y in (x, start))
     return here <= before + _ROUNDING * abs(before)

@@ -94,7 +94,50 @@ def is_solved(r, number, target):
 
 
 @njit
+def is_chain(edges, n):
+    """True where the ``edges`` (n_edges, 2) join each of ``n`` nodes to the next and no others."""
+    if edges.shape[0] != n - 1:
+        return False
+    for e in range(n - 1):
+        if edges[e, 0] != e or edges[e, 1] != e + 1:
+            return False
+    return True
+
+
+@njit
 def solve_density(edges, area, number, scratch):
+    """Solve (A + dt L) c = N for ``scratch.density``; return whether it was found."""
+    if is_chain(edges, area.shape[0]):
+        return solve_on_chain(area, number, scratch)
+    return iterate_density(edges, area, number, scratch)
+
+
+@njit
+def solve_on_chain(area, number, scratch):
+    """Solve (A + dt L) c = N on a chain of nodes by elimination from its first node to its last.
+
+    Each pivot is the node's area, which the columns of the matrix add up to, plus the flux that leaves to the next
+    node and what the area and the fluxes so far leave of the flux back: sums of positive terms, so that every density
+    is positive and exact to rounding, however thin it is.
+    """
+    n = area.shape[0]
+    c = scratch.density
+    own, load = scratch.vectors[0], scratch.vectors[1]
+    own[0] = area[0]  # pivot less the flux to the next node
+    load[0] = number[0]
+    for i in range(1, n):
+        forth, back = scratch.forth[i - 1], scratch.back[i - 1]
+        pivot = own[i - 1] + forth
+        own[i] = area[i] + back * own[i - 1] / pivot
+        load[i] = number[i] + forth * load[i - 1] / pivot
+    c[n - 1] = load[n - 1] / own[n - 1]
+    for i in range(n - 2, -1, -1):
+        c[i] = (load[i] + scratch.back[i] * c[i + 1]) / (own[i] + scratch.forth[i])
+    return np.isfinite(c[0])
+
+
+@njit
+def iterate_density(edges, area, number, scratch):
     """Solve (A + dt L) c = N for ``scratch.density`` by BiCGSTAB with the diagonal (van der Vorst 1992).
 
     Returns whether it was found; stops at a residual of 1e-12 of the largest nodal number, see `is_solved`.
