@@ -88,7 +88,7 @@ def test_runs_are_prepared_side_by_side(study):
 
 def test_a_run_that_fails_is_told(study):
     with pytest.raises(RunError, match="typical.*failed"):
-        study.history("typical", {**COARSE, **BRIEF, "solver.max_iterations": 1})
+        study.history("typical", {**COARSE, **BRIEF, "solver.method": "relaxation", "solver.max_iterations": 1})
 
 
 def test_resolution_and_time_of_a_run(study):

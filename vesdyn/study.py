@@ -424,7 +424,7 @@ def front_shapes(study, name, times, accuracy=0.01, changes=UNCHANGED):
     study.prepare(runs)
     case = study.case(*runs[0])
     coarse, fine = ({frame["time"]: frame["position"] for frame in study.frames(*run)[1:]} for run in runs)
-    t = [time for time in coarse if time in fine]  # the ends of runs that came to rest may differ
+    t = [time for time in coarse if time in case.output.frames and time in fine]  # the ends of both runs may differ
     shapes, finer = (np.array([front_shape(x[time], case.adhesion.cutoff) for time in t]) for x in (coarse, fine))
     return FrontShapes(np.array(t), shapes, abs(finer - shapes), [coarse[time] for time in t], case)
 
