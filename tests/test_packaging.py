@@ -1,5 +1,7 @@
 """What travels in the wheel and in the source archive, and that the wheel alone is enough to run a shipped case."""
 
+import ast
+import configparser
 import email
 import os
 import re
@@ -8,6 +10,7 @@ import subprocess
 import sys
 import tarfile
 import zipfile
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
@@ -59,6 +62,25 @@ def test_source_archive_holds_what_is_needed_to_build_test_and_draw(archives):
     wanted |= {file.relative_to(ROOT).as_posix() for file in scripts}
     wanted |= {f"tests/data/{file.name}" for file in (ROOT / "tests" / "data").iterdir()}
     assert wanted <= names
+
+
+def test_what_the_package_imports_is_required():
+    """By the installed packages' own word: which distribution provides which module."""
+    setup = configparser.ConfigParser()
+    setup.read(ROOT / "setup.cfg")
+    optional = setup["options.extras_require"]["cluster"]
+    named = (setup["options"]["install_requires"] + optional).split()
+    required = {re.match(r"[\w-]+", name)[0].lower().replace("_", "-") for name in named}
+    modules = set()
+    for file in (ROOT / "vesdyn").glob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.Import):
+                modules |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                modules.add(node.module.split(".")[0])
+    providers = packages_distributions()
+    for module in modules - sys.stdlib_module_names - {"vesdyn"}:
+        assert {name.lower().replace("_", "-") for name in providers[module]} & required, module
 
 
 def test_versions_agree():
