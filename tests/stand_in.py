@@ -47,9 +47,6 @@ class Physics:
     def restored(self, stored):
         return Chaos(**stored)
 
-    def rates(self, state):
-        return 1.0, 1.0
-
 
 class Measured:
     """Stands in for Moment."""

@@ -122,12 +122,15 @@ def run_batch(
                 for future, (case, worker) in running.items():
                     if not sign.heard(case):  # it plans, compiles kernels, or waits for a worker
                         workers.end(future, worker)
-            waiting += [case for case, later in elsewhere if time.monotonic() >= later]
-            elsewhere = [(case, later) for case, later in elsewhere if time.monotonic() < later]
+            now = time.monotonic()
+            waiting += [case for case, later in elsewhere if now >= later]
+            elsewhere = [(case, later) for case, later in elsewhere if now < later]
             while waiting and free:
                 case, worker = waiting.popleft(), free.pop()
                 anew = restart and not (case.name in outcomes and outcomes[case.name].state == "elsewhere")
                 running[_submit(worker, case, out / case.name, anew, sign, identity(), pictures)] = case, worker
+            if not running:  # all that is left runs elsewhere
+                time.sleep(_REFRESH)
             done, _ = wait(running, timeout=_REFRESH, return_when=FIRST_COMPLETED)
             for future in done:
                 case, worker = running.pop(future)
@@ -381,9 +384,11 @@ class _Cluster:
             from distributed import Client
         except ImportError:
             raise BatchError("--scheduler: needs the package distributed; `pip install 'vesdyn[cluster]'`.") from None
-        self._loggers = {name: logging.getLogger(name) for name in ("distributed", "tornado", "asyncio")}
-        self._levels = {name: logger.level for name, logger in self._loggers.items()}
-        for logger in self._loggers.values():
+        loggers = (logging.getLogger(name) for name in list(logging.root.manager.loggerDict))
+        self._levels = {
+            logger: logger.level for logger in loggers if logger.name.split(".")[0] in ("distributed", "tornado", "asyncio")
+        }
+        for logger in self._levels:
             logger.setLevel(logging.CRITICAL + 1)  # a lost scheduler is told in one sentence
         try:
             self.client = Client(self.address, timeout=_PATIENCE)
@@ -398,12 +403,14 @@ class _Cluster:
         return self
 
     def __exit__(self, *_):
+        lost = self.client.status != "running"
         self.client.close(timeout=2)
-        self._restore_loggers()
+        if not lost:  # else its attempts to connect again are told until the process ends
+            self._restore_loggers()
 
     def _restore_loggers(self):
-        for name, logger in self._loggers.items():
-            logger.setLevel(self._levels[name])
+        for logger, level in self._levels.items():
+            logger.setLevel(level)
 
     def _workers(self):
         try:
