@@ -1,0 +1,28 @@
+"""What the docs show is run word for word: the tour, and the examples of docs/extending.md, each in an empty directory."""
+
+import re
+import runpy
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from vesdyn import adhesion
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+
+def test_tour_runs_word_for_word(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    shown = runpy.run_path(str(DOCS / "tour.py"))
+    told = capsys.readouterr().out
+    assert "adhesion.tracton: unknown key, did you mean traction?" in told
+    assert "interrupted - stopped by A = 0.3. A = 0.30" in told  # at a step that passes 0.3 by a little
+    assert "\nfinished - A = 0.7" in told
+    moment, history = shown["moment"], shown["history"]
+    at = list(history["time"]).index(moment.time)  # the run met the same times as the simulation
+    assert history["binding_area"][at] == moment["binding_area"] > 0.3 >= history["binding_area"][at - 1]
+    assert history["gathered"][at] == moment["gathered"]
+    picture = matplotlib.image.imread(tmp_path / "tour" / "tour.png")
+    assert picture.shape[1] > 1000 and np.ptp(picture[..., 0]) == 1.0
