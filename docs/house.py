@@ -1,4 +1,4 @@
-"""Writes docs/house.md: rungs, modules, their imports, and which files a newcomer touches.
+"""Writes docs/house.md: rungs, modules, their imports, what a newcomer touches; and counts lines for docs/extending.md.
 
     python docs/house.py
 
@@ -6,11 +6,12 @@ The ladder stands here and nowhere else; tests/test_layering.py holds the packag
 """
 
 import ast
+import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "vesdyn"
-PAGE = ROOT / "docs" / "house.md"
+PAGE, EXTENDING = ROOT / "docs" / "house.md", ROOT / "docs" / "extending.md"
 
 LADDER = [  # from the bottom; a module imports from lower rungs only
     {"budget", "errors", "provenance", "interrupts"},
@@ -106,6 +107,24 @@ WISHES = [  # what a newcomer wants; files before; files after ("+" in front: a 
         "`on_step`, an argument, or a loop over `vesdyn.simulate`.",
     ),
 ]  # fmt: skip
+EXTENSIONS = {  # module: functions and classes of its own, words by which another line speaks of it
+    "double well": {
+        "adhesion": (
+            ("Piecewise", "piecewise", "piecewise_shape", "piecewise_integral", "piecewise_slope", "double_well"), "double_well",
+        ),
+        "case": ((), r"double_well|^    law: |^    (well|barrier|tail): |adhesion\.well"),
+    },
+    "ligands in patterns": {
+        "adhesion": (("_even", "_disc", "_stripe", "_stripes", "_squares", "_step", "ligand_density"), r"\bligands\b|PATTERNS"),
+        "balance": ((), r"\bligands\b"),
+        "receptors": ((), r"\bligands\b"),
+        "spreading": ((), r"\bligands\b"),
+        "diagnostics": ((), r"\bligands\b|ligand_density"),
+        "modes": ((), r"\bligands\b"),
+        "planning": ((), r"\bligands\b"),
+        "case": (("Ligands", "_pattern"), r"\bligands\b|_pattern"),
+    },
+}  # fmt: skip
 
 
 def modules():
@@ -174,6 +193,34 @@ def page():
     return "\n".join(lines) + "\n"
 
 
+def lines_of(module, names, words):
+    """Lines of ``module`` in the functions and classes ``names``, and others, no comments, that match ``words``."""
+    source = (PACKAGE / f"{module}.py").read_text()
+    own = set()
+    for node in ast.walk(ast.parse(source)):
+        if getattr(node, "name", None) in names:
+            first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
+            own |= set(range(first, node.end_lineno + 1))
+    spoken = {i for i, line in enumerate(source.splitlines(), 1) if re.search(words, line)}
+    return len(own | spoken)
+
+
+def counted():
+    """The table of docs/extending.md, as text."""
+    lines = ["| extension | lines | where |", "|---|---|---|"]
+    for extension, parts in EXTENSIONS.items():
+        counts = {module: lines_of(module, *what) for module, what in parts.items()}
+        where = ", ".join(f"`{module}` {count}" for module, count in counts.items())
+        lines.append(f"| {extension} | {sum(counts.values())} | {where} |")
+    return "\n".join(lines)
+
+
+def extending():
+    """The text of docs/extending.md with the table as it is now."""
+    before, _, rest = EXTENDING.read_text().partition("<!-- counted -->\n")
+    return f"{before}<!-- counted -->\n{counted()}\n<!-- end -->{rest.partition('<!-- end -->')[2]}"
+
+
 def _shown(files):
     names = ", ".join(f"*{file[1:]}*" if file.startswith("+") else file for file in files)
     return f"{len(files)}: {names}" if files else "none"
@@ -181,3 +228,4 @@ def _shown(files):
 
 if __name__ == "__main__":
     PAGE.write_text(page())
+    EXTENDING.write_text(extending())

@@ -26,3 +26,17 @@ def test_tour_runs_word_for_word(tmp_path, monkeypatch, capsys):
     assert history["gathered"][at] == moment["gathered"]
     picture = matplotlib.image.imread(tmp_path / "tour" / "tour.png")
     assert picture.shape[1] > 1000 and np.ptp(picture[..., 0]) == 1.0
+
+
+def test_examples_of_extending_run_in_order(tmp_path, monkeypatch, capsys):
+    blocks = re.findall(r"^```python\n(.*?)^```", (DOCS / "extending.md").read_text(), re.DOTALL | re.MULTILINE)
+    assert len(blocks) == 5
+    script = tmp_path / "examples.py"  # a file: compiled code is kept beside one
+    script.write_text("\n\n".join(blocks))
+    monkeypatch.chdir(tmp_path)
+    shown = runpy.run_path(str(script))
+    assert "stopped by less than 49 % of the membrane above the middle." in capsys.readouterr().out
+    law = shown["Quadratic"](0.1)
+    gaps = np.linspace(0.0, 0.12, 13)
+    area = [adhesion.integral(law, gap) for gap in gaps]
+    assert area == pytest.approx([0.1 / 3.0 * max(0.0, 1.0 - gap / 0.1) ** 3 for gap in gaps], abs=1e-15)

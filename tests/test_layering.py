@@ -30,6 +30,7 @@ def test_module_imports_from_lower_rungs_only(module):
 
 def test_the_page_is_what_the_script_writes():
     assert house.PAGE.read_text() == house.page(), "run `python docs/house.py`"
+    assert house.EXTENDING.read_text() == house.extending(), "run `python docs/house.py`"
     assert "docs/house.md" in (ROOT / "README.md").read_text()
 
 

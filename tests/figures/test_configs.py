@@ -24,4 +24,4 @@ def test_case_takes_a_few_steps(name, tmp_path, monkeypatch):
     assert list(history["time"]) == pytest.approx([0.002, 0.004, 0.006, 0.008], rel=1e-12)
     assert np.all(np.diff(history["binding_area"]) > 0.0)
     assert np.all(np.abs(history["receptor_number_error"]) < 1e-10)
-    assert [frame["time"] for frame in study.frames(name, changes)] == [0.0, 0.004]
+    assert [frame["time"] for frame in study.frames(name, changes)] == [0.0, 0.004, 0.008]  # and the end
