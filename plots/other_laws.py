@@ -22,7 +22,13 @@ from vesdyn.spreading import Spreading
 from vesdyn.study import area_at
 
 LINEAR, WELL, STRIPES = "typical-auto", "double-well", "stripes"
-ON_SURFACE = {"model": "surface", "mesh.front_edge": 0.015, "mesh.far_edge": 0.05, "accuracy": 0.04, "time.end": 0.6}
+ON_SURFACE = {
+    "model": "surface",
+    "mesh.front_edge": 0.015,
+    "mesh.far_edge": 0.05,
+    "accuracy": 0.04,
+    "time.end": 0.6,
+}
 POINTS = (0.02, 0.05, 0.1, 0.2, 0.4)  # times of the points from the surface [a0^2/D]
 SHOWN = 0.128  # time of the profiles and of the first view from below [a0^2/D]
 CURVES = {LINEAR: (DARK, "-", "linear (the paper)"), WELL: (RED, "--", "double well")}
@@ -54,13 +60,17 @@ def measure(study, on_surface=ON_SURFACE, shown=SHOWN):
 def exponents(case, x):
     """Boltzmann exponents phi (n_nodes,) of ``case`` at positions ``x`` (n_nodes, d) [a0]."""
     phi = np.zeros(len(x))
-    adhesion.set_boltzmann_exponents(case.drift_number, pull(case), adhesion.ligand_density(case.ligands, x), x, phi)
+    adhesion.set_boltzmann_exponents(
+        case.drift_number, pull(case), adhesion.ligand_density(case.ligands, x), x, phi
+    )
     return phi
 
 
 def pull(case):
     """The law of ``case`` with its strength, and with ligands enough for any density."""
-    return adhesion.TractionSeparation(adhesion.LAWS[case.adhesion.law](case.adhesion), case.adhesion.traction, np.inf, False)
+    return adhesion.TractionSeparation(
+        adhesion.LAWS[case.adhesion.law](case.adhesion), case.adhesion.traction, np.inf, False
+    )
 
 
 def error_without_flux(case):
@@ -74,7 +84,9 @@ def error_without_flux(case):
     for dt in LONG_TIMES:
         if not receptors.step_receptors(body.edges, area, np.inf, ligands, dt, number, transport):
             raise ArithmeticError("no density was found")
-    z, angle = np.stack(np.meshgrid(*((np.arange(n) + 0.5) / n for n in QUADRATURE), indexing="ij")).reshape(2, -1)
+    z, angle = np.stack(np.meshgrid(*((np.arange(n) + 0.5) / n for n in QUADRATURE), indexing="ij")).reshape(
+        2, -1
+    )
     r, angle = np.sqrt(z * (1.0 - z)), 2.0 * np.pi * angle  # of the sphere of diameter 1
     exact = np.exp(exponents(case, np.column_stack([r * np.cos(angle), r * np.sin(angle), z])))
     return float(np.max(np.abs(number / area / np.exp(transport.exponent) * exact.mean() - 1.0)))
@@ -90,7 +102,12 @@ def draw_laws(ax, cases):
         gap = d * cases[name].adhesion.cutoff
         ax.plot(d, [adhesion.shape(law, g) for g in gap], color=color, linestyle=line, label=label)
     ax.axhline(0.0, color="0.6", linewidth=0.6)
-    ax.set(xlabel="gap $d/d_c$", ylabel=r"traction $T/T_\mathrm{max}$ at $c = c_{r0}$", xlim=(0, 1.05), ylim=(-0.3, 1.05))
+    ax.set(
+        xlabel="gap $d/d_c$",
+        ylabel=r"traction $T/T_\mathrm{max}$ at $c = c_{r0}$",
+        xlim=(0, 1.05),
+        ylim=(-0.3, 1.05),
+    )
     ax.legend()
 
 
@@ -99,9 +116,14 @@ def draw_profiles(ax, measured):
     for name, (color, line, _) in CURVES.items():
         for frame, width in ((measured["early"][name], 0.7), (measured["last"][name], 1.4)):
             ax.plot(*frame["position"].T, color=color, linestyle=line, linewidth=width)
-    low, high = measured["cases"][WELL].adhesion.well * cutoff, 0.5 * (1.0 + measured["cases"][WELL].adhesion.well) * cutoff
+    low, high = (
+        measured["cases"][WELL].adhesion.well * cutoff,
+        0.5 * (1.0 + measured["cases"][WELL].adhesion.well) * cutoff,
+    )
     ax.axhspan(low, high, color="0.9", linewidth=0)
-    ax.annotate("repelled", (0.03, 0.5 * (low + high)), xycoords=("axes fraction", "data"), va="center", fontsize=7)
+    ax.annotate(
+        "repelled", (0.03, 0.5 * (low + high)), xycoords=("axes fraction", "data"), va="center", fontsize=7
+    )
     ax.axhline(cutoff, color="0.6", linewidth=0.6)
     ax.annotate("$d_c$", (0.03, cutoff), xycoords=("axes fraction", "data"), va="bottom", fontsize=7)
     ax.set(xlabel="$r$ [$a_0$]", ylabel="$z$ [$a_0$]", xlim=(0.2, 0.56), ylim=(-0.004, 0.19))
@@ -114,7 +136,9 @@ def draw_curves(ax, measured):
         ax.plot(t, area, color=color, linestyle=line)
         ax.fill_between(t, area * (1 - error), area * (1 + error), color=color, alpha=0.25, linewidth=0)
     points = np.array([t for t in POINTS if t <= measured["surface"]["time"][-1]])
-    ax.plot(points, area_at(measured["surface"], points), "o", color=RED, markerfacecolor="white", label="surface")
+    ax.plot(
+        points, area_at(measured["surface"], points), "o", color=RED, markerfacecolor="white", label="surface"
+    )
     ax.set(xlabel=looks.TIME, ylabel=looks.AREA, xlim=(0, 0.8), ylim=(0, None))
     ax.legend(loc="lower right")
 
@@ -128,7 +152,9 @@ def draw_density(ax, measured):
     ax.plot(arc, density, color=RED)
     ax.plot(arc[free], np.mean(density[free] / np.exp(phi[free])) * np.exp(phi[free]), "o", color="k", markersize=2.2,
             markevery=2, label="no flux where it is free")  # fmt: skip
-    ax.set(xlabel="arc from the middle [$a_0$]", ylabel="density $c$ [$c_{r0}$]", xlim=(0, 0.8), ylim=(0, None))
+    ax.set(
+        xlabel="arc from the middle [$a_0$]", ylabel="density $c$ [$c_{r0}$]", xlim=(0, 0.8), ylim=(0, None)
+    )
     ax.legend(loc="lower right")
 
 
@@ -144,7 +170,9 @@ def draw_from_below(ax, case, frame, norm):
             ax.plot((side, side), (-w, w), color="w", linewidth=0.5, linestyle=(0, (4, 3)), zorder=3)
     seen = Triangulation(-x[:, 0], x[:, 1], faces)
     ax.tripcolor(seen, frame["density"], norm=norm, cmap=COLORS, shading="gouraud", rasterized=True, zorder=2)
-    ax.tricontour(seen, frame["gap"], [BINDING_GAP * case.adhesion.cutoff], colors="k", linewidths=0.8, zorder=4)
+    ax.tricontour(
+        seen, frame["gap"], [BINDING_GAP * case.adhesion.cutoff], colors="k", linewidths=0.8, zorder=4
+    )
     ax.set(aspect="equal", xlim=(-w, w), ylim=(-w, w), xlabel="$-x$ [$a_0$]", ylabel="$y$ [$a_0$]")
 
 
@@ -170,7 +198,11 @@ def draw(measured, out=looks.OUT):
     )  # fmt: skip
     stripes = measured["cases"][STRIPES]
     views = measured["early"][STRIPES], measured["last"][STRIPES]
-    looks.table("stripes: length of the contact / width", ["t", "ratio"], [(f["time"], elongation(stripes, f)) for f in views])
+    looks.table(
+        "stripes: length of the contact / width",
+        ["t", "ratio"],
+        [(f["time"], elongation(stripes, f)) for f in views],
+    )
     norm = LogNorm(*DENSITIES)
 
     def fill(figure):
@@ -186,7 +218,9 @@ def draw(measured, out=looks.OUT):
             ax.set_title(f"({letter})", fontweight="bold")
         for ax, frame in zip(below, views):
             ax.set_title(f"  from below, $t$ = {frame['time']:.3g}", loc="right")
-        bar = figure.colorbar(ScalarMappable(norm, COLORS), ax=below, shrink=0.8, ticks=TICKS, label="density $c$ [$c_{r0}$]")
+        bar = figure.colorbar(
+            ScalarMappable(norm, COLORS), ax=below, shrink=0.8, ticks=TICKS, label="density $c$ [$c_{r0}$]"
+        )
         bar.ax.minorticks_off()
         looks.plain(bar.ax.yaxis, TICKS)
 

@@ -29,7 +29,9 @@ def test_tour_runs_word_for_word(tmp_path, monkeypatch, capsys):
 
 
 def test_examples_of_extending_run_in_order(tmp_path, monkeypatch, capsys):
-    blocks = re.findall(r"^```python\n(.*?)^```", (DOCS / "extending.md").read_text(), re.DOTALL | re.MULTILINE)
+    blocks = re.findall(
+        r"^```python\n(.*?)^```", (DOCS / "extending.md").read_text(), re.DOTALL | re.MULTILINE
+    )
     assert len(blocks) == 5
     script = tmp_path / "examples.py"  # a file: compiled code is kept beside one
     script.write_text("\n\n".join(blocks))

@@ -42,8 +42,16 @@ def test_files_that_the_wishes_name_exist():
 
 def test_files_that_the_wishes_name_existed_before():
     """Where the history of the sources is at hand."""
-    known = shutil.which("git") and subprocess.run(["git", "cat-file", "-e", house.BEFORE], cwd=ROOT, capture_output=True).returncode == 0
+    known = (
+        shutil.which("git")
+        and subprocess.run(["git", "cat-file", "-e", house.BEFORE], cwd=ROOT, capture_output=True).returncode
+        == 0
+    )
     if not known:
         pytest.skip("no history here")
-    listed = subprocess.run(["git", "ls-tree", "-r", "--name-only", house.BEFORE], cwd=ROOT, capture_output=True, text=True)
-    assert {file.removeprefix("+") for _, before, *_ in house.WISHES for file in before} <= set(listed.stdout.split("\n"))
+    listed = subprocess.run(
+        ["git", "ls-tree", "-r", "--name-only", house.BEFORE], cwd=ROOT, capture_output=True, text=True
+    )
+    assert {file.removeprefix("+") for _, before, *_ in house.WISHES for file in before} <= set(
+        listed.stdout.split("\n")
+    )
