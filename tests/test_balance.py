@@ -30,7 +30,9 @@ def dense(balance, x, step):
             y = x.copy()
             y[i, k] += side * step
             set_forces(balance, y, scratch)
-            K[:, column] -= side * (scratch.nodal[:, :d] + PRESSURE * scratch.nodal[:, d : 2 * d]).ravel() / (2 * step)
+            K[:, column] -= (
+                side * (scratch.nodal[:, :d] + PRESSURE * scratch.nodal[:, d : 2 * d]).ravel() / (2 * step)
+            )
     return K
 
 
@@ -40,7 +42,9 @@ def free(x):
     return np.setdiff1d(at, [0, x.size - 2]) if x.shape[1] == 2 else at
 
 
-@pytest.mark.parametrize("kind", [{}, {"frozen": True}, {"ligand_ratio": 0.8}], ids=["held", "frozen", "saturated"])
+@pytest.mark.parametrize(
+    "kind", [{}, {"frozen": True}, {"ligand_ratio": 0.8}], ids=["held", "frozen", "saturated"]
+)
 @pytest.mark.parametrize("thickness", [0.0, 0.1], ids=["membrane", "shell"])
 @pytest.mark.parametrize("model", BODIES)
 def test_tangent_against_dense_differences(model, thickness, kind):
@@ -74,7 +78,9 @@ def test_tangent_is_the_second_derivative_of_the_potential(model):
     x, balance = spread(model, 0.1)
     direction, scratch = shaken(0.0 * x, 1.0, 3), allocate(x)
     h = 1e-4
-    low, mid, high = (incremental_potential(balance, x + s * h * direction, PRESSURE, scratch) for s in (-1, 0, 1))
+    low, mid, high = (
+        incremental_potential(balance, x + s * h * direction, PRESSURE, scratch) for s in (-1, 0, 1)
+    )
     K = tangent(balance, x, PRESSURE, scratch)
     v = direction.ravel()
     assert v @ (K @ v) == pytest.approx((high - 2 * mid + low) / h**2, rel=1e-5)  # h^2, and 1e-16 / h^2 of it

@@ -27,7 +27,9 @@ SCENES = {
 }
 
 pytestmark = pytest.mark.filterwarnings("ignore:adhesion.cutoff")  # the meshes are coarse
-SPREAD = vesdyn.Column("spread", "a0", "rms distance of the nodes from the axis", lambda m: np.sqrt(np.mean(m.x[:, :-1] ** 2)))
+SPREAD = vesdyn.Column(
+    "spread", "a0", "rms distance of the nodes from the axis", lambda m: np.sqrt(np.mean(m.x[:, :-1] ** 2))
+)
 
 
 @pytest.fixture(autouse=True)
@@ -96,9 +98,13 @@ def test_on_step_stops_and_the_run_goes_on_to_the_same_bits(scene, when, tmp_pat
 
 def test_on_step_sees_every_step_and_may_just_say_true(tmp_path):
     seen = []
-    vesdyn.run_case(case_of(), tmp_path / "a", on_step=lambda moment: seen.append(moment.row()), progress=False)
+    vesdyn.run_case(
+        case_of(), tmp_path / "a", on_step=lambda moment: seen.append(moment.row()), progress=False
+    )
     assert same_rows(stored_rows(tmp_path / "a"), seen)
-    outcome = vesdyn.run_case(case_of(), tmp_path / "b", on_step=lambda m: m["binding_area"] > 0.0, progress=False)
+    outcome = vesdyn.run_case(
+        case_of(), tmp_path / "b", on_step=lambda m: m["binding_area"] > 0.0, progress=False
+    )
     assert outcome.reason == "stopped by on_step." and outcome.steps == 1
 
 
@@ -116,7 +122,10 @@ def test_what_is_auto_is_planned_in_each(tmp_path):
     case = vesdyn.Case(name="a", model="auto", accuracy=0.2, **{"time.end": 0.004, "output.frames": []})
     planned = vesdyn.plan(case)
     moments = list(vesdyn.simulate(case))
-    assert moments[0].sim.case == planned.case and "auto" not in (planned.case.model, planned.case.mesh.front_edge)
+    assert moments[0].sim.case == planned.case and "auto" not in (
+        planned.case.model,
+        planned.case.mesh.front_edge,
+    )
     vesdyn.run_case(case, tmp_path / "a", progress=False)
     run = vesdyn.open_run(tmp_path / "a")
     assert run.case == planned.case
@@ -142,7 +151,9 @@ def test_a_run_is_read_while_it_goes_on(tmp_path):
     def on_step(moment):
         run = vesdyn.open_run(tmp_path / "a")
         history = run.history
-        seen.append((run.status["state"], len(history["time"]), history["time"][-1] == moment.time, len(run.frames)))
+        seen.append(
+            (run.status["state"], len(history["time"]), history["time"][-1] == moment.time, len(run.frames))
+        )
         assert run.case == case_of()
 
     vesdyn.run_case(case_of(), tmp_path / "a", on_step=on_step, progress=False)
@@ -152,7 +163,10 @@ def test_a_run_is_read_while_it_goes_on(tmp_path):
     run = vesdyn.open_run(tmp_path / "a")
     assert run.status["state"] == "finished" and run.times == [0.0, 0.008, 0.02]
     profile = run.profile(0.008)
-    assert profile.density.shape == profile.height.shape == (len(run.final.position),) and profile.height[0] == 0.0
+    assert (
+        profile.density.shape == profile.height.shape == (len(run.final.position),)
+        and profile.height[0] == 0.0
+    )
 
 
 # Two exceptions ------------------------------------------------------------------------------------------
@@ -164,9 +178,13 @@ def told(call, kind, *arguments, **keys):
     """The sentence with which ``call`` fails."""
     with pytest.raises(kind) as caught:
         call(*arguments, **keys)
-    assert type(caught.value) is not Exception and isinstance(caught.value, (vesdyn.CaseError, vesdyn.RunError))
+    assert type(caught.value) is not Exception and isinstance(
+        caught.value, (vesdyn.CaseError, vesdyn.RunError)
+    )
     text = str(caught.value)
-    assert text.rstrip()[-1] in ".?" and not any(word in text for word in ("pydantic", "Traceback", "validation error"))
+    assert text.rstrip()[-1] in ".?" and not any(
+        word in text for word in ("pydantic", "Traceback", "validation error")
+    )
     return text
 
 
@@ -207,19 +225,34 @@ def test_typing_errors_in_python_are_told_by_key():
     assert "did you mean" in told(vesdyn.load_case, vesdyn.CaseError, "typical", **{"adhesion.tracton": 1})
     assert "drag" in told(vesdyn.Case, vesdyn.CaseError, name="a", drag="much")
     moment = next(vesdyn.simulate(case_of()))
-    assert told(moment.__getitem__, vesdyn.CaseError, "bindin_area") == "bindin_area: unknown column; did you mean binding_area?"
+    assert (
+        told(moment.__getitem__, vesdyn.CaseError, "bindin_area")
+        == "bindin_area: unknown column; did you mean binding_area?"
+    )
     assert "there are time, binding_area" in told(moment.__getitem__, vesdyn.CaseError, "qq")
 
 
 def test_a_scene_that_is_not_planned_says_so():
     for keys in ({"model": "auto"}, {"model": "axisymmetric"}, {"model": "surface", "mesh": "auto"}):
-        assert "let `vesdyn.plan(case)` choose it." in told(Spreading, vesdyn.CaseError, vesdyn.Case(name="a", **keys))
+        assert "let `vesdyn.plan(case)` choose it." in told(
+            Spreading, vesdyn.CaseError, vesdyn.Case(name="a", **keys)
+        )
 
 
-@pytest.mark.parametrize("call", [vesdyn.simulate, vesdyn.plan, lambda case: vesdyn.run_case(case, "x"), lambda case: vesdyn.run_batch([case])])
+@pytest.mark.parametrize(
+    "call",
+    [
+        vesdyn.simulate,
+        vesdyn.plan,
+        lambda case: vesdyn.run_case(case, "x"),
+        lambda case: vesdyn.run_batch([case]),
+    ],
+)
 def test_the_name_of_a_case_is_no_case(call, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert told(call, vesdyn.CaseError, "typical").startswith("typical: is no case; make one by vesdyn.load_case(")
+    assert told(call, vesdyn.CaseError, "typical").startswith(
+        "typical: is no case; make one by vesdyn.load_case("
+    )
     assert not list(tmp_path.iterdir())
 
 
@@ -264,7 +297,14 @@ def test_directories_that_cannot_be_used(tmp_path, capsys):
     assert "drag: 0.07 there, 0.1 here" in sentence
     assert main(["run", str(tmp_path / "other.yaml"), "--out", str(tmp_path / "a"), "--quiet"]) == 2
     assert capsys.readouterr().err == f"vesdyn: {sentence}\n"
-    columns = told(vesdyn.run_case, vesdyn.RunError, case_of(**{"time.end": 0.03}), tmp_path / "a", columns=[SPREAD], progress=False)
+    columns = told(
+        vesdyn.run_case,
+        vesdyn.RunError,
+        case_of(**{"time.end": 0.03}),
+        tmp_path / "a",
+        columns=[SPREAD],
+        progress=False,
+    )
     assert "has other columns (spread)" in columns
     for path in (tmp_path / "none", tmp_path / "other.yaml", 3, None):
         told(vesdyn.open_run, vesdyn.RunError, path)
@@ -281,7 +321,9 @@ def test_whatever_is_exported_says_what_it_is():
         assert len(inspect.getdoc(thing).split("\n")[0].split()) <= 25
         if inspect.isfunction(thing):
             hints = typing.get_type_hints(thing)
-            needed = {p.name for p in inspect.signature(thing).parameters.values() if p.kind is not p.VAR_KEYWORD}
+            needed = {
+                p.name for p in inspect.signature(thing).parameters.values() if p.kind is not p.VAR_KEYWORD
+            }
             assert hints.keys() == needed | {"return"}, name
     assert set(vesdyn.__all__) <= set(dir(vesdyn))
     with pytest.raises(AttributeError):

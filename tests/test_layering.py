@@ -1,63 +1,57 @@
-"""The plan of the package: a module imports from lower rungs only, and siblings do not import each other."""
+"""The plan of the package, docs/house.py: imports from lower rungs only, and a page that is what the sources say."""
 
-import ast
+import importlib.util
+import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
 
-LADDER = [
-    {"budget", "errors", "provenance", "interrupts"},
-    {"_jit", "files"},
-    {"plain_yaml"},
-    {"refusals"},
-    {"neo_hookean", "koiter", "substrate", "receptors", "body", "meshing", "case"},
-    {"case_file"},
-    {"adhesion", "front", "curvature", "quantities", "emulator"},
-    {"inference_file"},
-    {"surface", "meridian", "balance"},
-    {"kinds", "relaxation"},
-    {"newton"},
-    {"spreading"},
-    {"stepping", "diagnostics", "modes"},
-    {"planning"},
-    {"storage"},
-    {"pictures", "results"},
-    {"run"},
-    {"batch"},
-    {"study"},
-    {"calibration"},
-    {"ensemble"},
-    {"inference"},
-    {"inference_report"},
-    {"cli"},
-    {"__main__"},
-]
-PACKAGE = Path(__file__).parents[1] / "vesdyn"
-MODULES = sorted(file.stem for file in PACKAGE.glob("*.py") if file.stem != "__init__")
-
-
-def imported_modules(source):
-    """Return the names of the modules of vesdyn that the text of one imports, wherever it does."""
-    modules = set()
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, "imports are absolute"
-            names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-        else:
-            continue
-        modules |= {name.split(".")[1] for name in names if name.startswith("vesdyn.")}
-    return modules & set(MODULES)
+ROOT = Path(__file__).parents[1]
+_spec = importlib.util.spec_from_file_location("house", ROOT / "docs" / "house.py")
+house = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(house)
 
 
 def test_imports_are_found_in_each_form():
     source = "import vesdyn.case\nfrom vesdyn import run\ndef f():\n    from vesdyn.cli import main"
-    assert imported_modules(source) == {"case", "run", "cli"}
+    assert house.imported_modules(source) == {"case", "run", "cli"}
 
 
-@pytest.mark.parametrize("module", MODULES)
+def test_the_ladder_holds_what_there_is():
+    assert sorted(module for names in house.LADDER for module in names) == house.modules()
+
+
+@pytest.mark.parametrize("module", house.modules())
 def test_module_imports_from_lower_rungs_only(module):
-    (rung,) = [i for i, names in enumerate(LADDER) if module in names]
-    below = set().union(*LADDER[:rung])
-    assert imported_modules((PACKAGE / f"{module}.py").read_text()) <= below
+    below = set().union(*house.LADDER[: house.rung(module)])
+    assert house.imported_modules((house.PACKAGE / f"{module}.py").read_text()) <= below
+
+
+def test_the_page_is_what_the_script_writes():
+    assert house.PAGE.read_text() == house.page(), "run `python docs/house.py`"
+    assert house.EXTENDING.read_text() == house.extending(), "run `python docs/house.py`"
+    assert "docs/house.md" in (ROOT / "README.md").read_text()
+
+
+def test_files_that_the_wishes_name_exist():
+    assert len(house.WISHES) == 9
+    for _, _, after, how in house.WISHES:
+        assert all((ROOT / file.removeprefix("+")).is_file() for file in after) and how.endswith(".")
+
+
+def test_files_that_the_wishes_name_existed_before():
+    """Where the history of the sources is at hand."""
+    known = (
+        shutil.which("git")
+        and subprocess.run(["git", "cat-file", "-e", house.BEFORE], cwd=ROOT, capture_output=True).returncode
+        == 0
+    )
+    if not known:
+        pytest.skip("no history here")
+    listed = subprocess.run(
+        ["git", "ls-tree", "-r", "--name-only", house.BEFORE], cwd=ROOT, capture_output=True, text=True
+    )
+    assert {file.removeprefix("+") for _, before, *_ in house.WISHES for file in before} <= set(
+        listed.stdout.split("\n")
+    )

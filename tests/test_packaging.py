@@ -17,7 +17,7 @@ import pytest
 import yaml
 
 ROOT = Path(__file__).parents[1]
-SOURCES = ("vesdyn", "configs", "plots", "docs", "tests", "setup.cfg", "pyproject.toml", "MANIFEST.in", "README.md",
+SOURCES = ("vesdyn", "benchmarks", "configs", "plots", "docs", "tests", "setup.cfg", "pyproject.toml", "MANIFEST.in", "README.md",
            "CHANGELOG.md", "CITATION.cff", "LICENSE", "Makefile")  # fmt: skip
 CASES = {file.relative_to(ROOT / "configs").as_posix() for file in (ROOT / "configs").rglob("*.*")}
 
@@ -58,7 +58,7 @@ def test_source_archive_holds_what_is_needed_to_build_test_and_draw(archives):
         names = {name.partition("/")[2] for name in sources.getnames()}
     wanted = {"LICENSE", "CITATION.cff", "README.md", "CHANGELOG.md", "Makefile", "setup.cfg", "pyproject.toml"}
     wanted |= {f"configs/{case}" for case in CASES}
-    scripts = [*(ROOT / "plots").rglob("*.py"), *(ROOT / "tests").rglob("*.py")]
+    scripts = [*(ROOT / "benchmarks").rglob("*.py"), *(ROOT / "plots").rglob("*.py"), *(ROOT / "tests").rglob("*.py")]
     wanted |= {file.relative_to(ROOT).as_posix() for file in scripts}
     wanted |= {f"tests/data/{file.name}" for file in (ROOT / "tests" / "data").iterdir()}
     assert wanted <= names

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numba
 import platformdirs
+from numba.core.caching import FunctionCache
 from numba.extending import overload
 
 from vesdyn.provenance import kernels_hash
@@ -106,7 +107,29 @@ numba.config.CACHE_DIR = _choose_cache()
 # copies that were optimised in different surroundings differ in the last bits.
 _OPTIONS = {"fastmath": _FAST_MATH, "error_model": "numpy", "forceinline": True}
 
-njit = functools.partial(numba.njit, cache=True, **_OPTIONS)
+_FOREIGN = set()  # names of the kinds that are registered from outside the package
+
+
+class _Cache(FunctionCache):
+    """The cache of one kernel, passed by for arguments that hold a foreign kind: its kernels are in no hash of ours."""
+
+    def load_overload(self, sig, target_context):
+        return None if _holds_foreign(sig) else super().load_overload(sig, target_context)
+
+    def save_overload(self, sig, data):
+        if not _holds_foreign(sig):
+            super().save_overload(sig, data)
+
+
+def _holds_foreign(sig):
+    return any(name in str(sig) for name in _FOREIGN)
+
+
+def njit(function):
+    """Compile ``function`` when it is first called, and keep what is compiled in the cache of the package."""
+    kernel = numba.njit(cache=True, **_OPTIONS)(function)
+    kernel._cache = _Cache(function)
+    return kernel
 
 
 def by_type(signature):
@@ -114,8 +137,17 @@ def by_type(signature):
 
     A kind is a named tuple: a membrane, a traction law. Each registers its kernel with ``@f.register(Kind)``; a
     compiled caller then gets the kernel of its argument's type, as ``functools.singledispatch`` does in plain Python.
+    A kind from outside the package is welcome; what is compiled for it is not kept for the next process.
     """
     generic = functools.singledispatch(signature)
+    register = generic.register
+
+    def noted(kind, kernel=None):
+        if not kind.__module__.startswith("vesdyn."):
+            _FOREIGN.add(kind.__name__)
+        return register(kind, kernel)
+
+    generic.register = noted
 
     @overload(generic, strict=False, jit_options=_OPTIONS)
     def choose(kind, *arguments):

@@ -20,7 +20,7 @@ from vesdyn._jit import njit
 from vesdyn.balance import CONVERGED, VOLUME_TOLERANCE, Solution, force_scale, incremental_potential, set_forces
 from vesdyn.body import dimension
 from vesdyn.errors import CaseError
-from vesdyn.substrate import is_held, normal_axis
+from vesdyn.substrate import is_held, land, normal_axis
 
 REACH = 2  # nodes on either side that feel a node
 BANDS = 2 * REACH + 1  # of the matrix, on either side of its diagonal
@@ -42,7 +42,7 @@ def newton(balance, starts, pressure, limits, scratch, pause=lambda: None):
     start = min(starts, key=lambda s: incremental_potential(balance, s, pressure, scratch))
     x, guess, band = start.copy(), pressure, np.zeros((2 * BANDS + 1, start.size))
     size, missing = residual(balance, x, pressure, scratch)
-    for iteration in range(_ITERATIONS):
+    for iteration in range(min(_ITERATIONS, limits.max_iterations)):
         if size <= limits.tolerance and abs(missing) <= VOLUME_TOLERANCE:
             if not is_lower(balance, x, starts[0], pressure, scratch):
                 break
@@ -175,6 +175,7 @@ def move(x, dx):
     z = normal_axis(x.shape[1])
     for i in range(x.shape[0]):
         for k in range(x.shape[1]):
-            x[i, k] += dx[i, k]
-        if x[i, z] < 0.0:
-            x[i, z] = 0.0
+            if k == z:
+                x[i, z] = land(x[i, z], dx[i, z])[0]
+            else:
+                x[i, k] += dx[i, k]

@@ -34,6 +34,7 @@ TINY = {  # script: changes made to each run, arguments of measure()
     **{f"figure{number}": (COARSE_AND_BRIEF, {}) for number in range(2, 8)},
     "figure8": ({**COARSE_AND_BRIEF, "output.frames": [0.008, 0.024]}, {}),
     "figure9": (MOVED, {}),
+    "other_laws": (COARSE_AND_BRIEF, {"on_surface": COARSE_SURFACE, "shown": 0.016}),
     "order": ({}, {
         "steps": (0.004, 0.002), "mesh": COARSE, "smallest": {"time.step": 0.001}, "taken_up_mesh": COARSE,
         "edges": {"axisymmetric": (0.07, 0.05), "surface": (0.08, 0.06)},
