@@ -16,7 +16,7 @@ import yaml
 ROOT = Path(__file__).parents[1]
 SOURCES = ("vesdyn", "configs", "plots", "docs", "tests", "setup.cfg", "pyproject.toml", "MANIFEST.in", "README.md",
            "CHANGELOG.md", "CITATION.cff", "LICENSE", "Makefile")  # fmt: skip
-CASES = {file.relative_to(ROOT / "configs").as_posix() for file in (ROOT / "configs").rglob("*.yaml")}
+CASES = {file.relative_to(ROOT / "configs").as_posix() for kind in ("yaml", "csv") for file in (ROOT / "configs").rglob(f"*.{kind}")}
 
 
 @pytest.fixture(scope="module")

@@ -5,11 +5,13 @@ Every number of these files is written here from a `vesdyn.inference.Result`; no
 
 import csv
 import time
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 
 from vesdyn.ensemble import Ensemble
+from vesdyn.errors import CaseError
 from vesdyn.inference import INTERVAL, SETS, UNDETERMINED, infer, sample, sample_directly, trials
 
 _PRIOR_WIDTH = INTERVAL[1] - INTERVAL[0]  # of the places of an unknown
@@ -28,6 +30,9 @@ def carry_out(inference, directory, jobs=None, scheduler=None, held=None, n_dire
     ``held`` maps unknowns to values at which the others are told too; ``n_direct`` points of a direct sampler,
     ``n_trials`` synthetic experiments; ``tell`` gets a line a stage. Raises CaseError and RunError.
     """
+    missing = [name for name in ("corner", "nautilus", "sklearn") if find_spec(name) is None]
+    if missing:
+        raise CaseError(f"{', '.join(missing)}: not installed; give `pip install 'vesdyn[infer]'`, then the same command.")
     began = time.monotonic()
 
     def timed(line):
