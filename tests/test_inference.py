@@ -7,18 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from scipy.special import logsumexp
 from scipy.stats import norm
 
+from quadrature import on_a_grid, use_a_grid
 from vesdyn import ensemble as ensemble_module
 from vesdyn import inference as inference_module
-from vesdyn import inference_report
 from vesdyn.cli import main
 from vesdyn.emulator import Emulator
 from vesdyn.ensemble import Ensemble
 from vesdyn.errors import CaseError
 from vesdyn.inference import (
-    Likelihood, Samples, infer, nodes, probability, sample, sample_directly, trials,
+    Likelihood, infer, nodes, probability, sample, sample_directly, trials,
 )  # fmt: skip
 from vesdyn.inference_file import Inference, read_held
 from vesdyn.inference_report import called, write
@@ -26,29 +25,12 @@ from vesdyn.quantities import Formula, Quantity
 
 CONFIGS = Path(__file__).parents[1] / "configs"
 TIMES = np.geomspace(1e-4, 3.0, 300)
-GRID = 120  # points to a side
-
-
-def on_a_grid(likelihood, numbers_at, without=None, given=None, held=None, effective=None, seed=0):
-    """Takes the place of `vesdyn.inference.sample`: the posterior of two unknowns by quadrature, exact but for the grid."""
-    inference = likelihood.inference
-    axes = [np.array([u.place(held[key])]) if key in (held or {}) else (np.arange(GRID) + 0.5) / GRID
-            for key, u in inference.unknowns.items()]  # fmt: skip
-    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-    chosen = np.array([given is None or c[given[0]] == given[1] for c in inference.combinations])
-    logs = likelihood.log(numbers_at(places), without)[chosen]
-    total = logsumexp(logs, axis=0) - np.log(chosen.sum())
-    weights = np.exp(total - logsumexp(total))
-    readings = np.zeros((len(chosen), len(places)))
-    readings[chosen] = np.exp(logs - logsumexp(logs, axis=0))
-    return Samples(places, weights, float(logsumexp(total) - np.log(len(total))), readings)
 
 
 @pytest.fixture
 def quadrature(monkeypatch):
     """Let posteriors be found on a grid."""
-    monkeypatch.setattr(inference_module, "sample", on_a_grid)
-    monkeypatch.setattr(inference_report, "sample", on_a_grid)
+    use_a_grid(monkeypatch)
 
 
 class ClosedForm:
@@ -420,11 +402,10 @@ def test_the_command_on_tiny_runs_twice(tmp_path, monkeypatch, capsys, quadratur
     monkeypatch.chdir(tmp_path)
     inference_of(tmp_path, [number("front", "at(one, 0.02, contact_radius)", 0.25, 0.005)],
                  design={"points": 12, "refined": 2, "checks": 1, "accuracy": 0.2, "checked_at": 0.1})  # fmt: skip
-    for expected in ("14 runs computed", "0 runs computed"):
+    for expected in ("runs were computed", " 0 runs were computed"):
         assert main(["infer", "tiny.yaml", "--jobs", "1", "--hold", "receptors.mobility=2"]) == 0
         report = (tmp_path / "runs" / "tiny" / "report.md").read_text()
-        if expected.startswith("0"):
-            assert expected in report
+        assert expected in report
     for section in ("Unknowns", "Correlations", "Claims", "Emulator", "With unknowns held"):
         assert f"## {section}" in report
     assert {f.name for f in (tmp_path / "runs" / "tiny").iterdir()} >= {

@@ -8,7 +8,6 @@ import math
 import contextlib
 import os
 import sys
-import time
 import warnings
 from collections import Counter
 from pathlib import Path
@@ -164,38 +163,23 @@ def _batch(arguments):
 
 
 def _infer(arguments):
-    from vesdyn.ensemble import Ensemble
-    from vesdyn.errors import RunError
-    from vesdyn.inference import infer, sample_directly, trials
     from vesdyn.inference_file import Inference, read_held
-    from vesdyn.inference_report import coverage, direct, held_table, write
+    from vesdyn.inference_report import carry_out
 
-    began = time.monotonic()
     inference = Inference(arguments.file)
-    held = read_held(inference, arguments.hold)
     directory = arguments.out or Path("runs", inference.name)
-    ensemble = Ensemble(inference, directory, arguments.jobs, arguments.scheduler)
-
-    def tell(line):
-        print(f"[{time.monotonic() - began:.0f} s] {line}", flush=True)
-
-    notes = []
-    try:
-        result = infer(inference, ensemble, tell, claims=not arguments.no_claims)
-        if held:
-            notes.append(("With unknowns held", held_table(result, held)))
-        if arguments.direct:
-            tell(f"without the emulator: {arguments.direct} points")
-            notes.append(("Without the emulator", direct(result, sample_directly(result, ensemble, arguments.direct))))
-        if arguments.trials:
-            tell(f"trials: {arguments.trials} synthetic experiments")
-            notes.append(("Trials", coverage(inference, *trials(result, ensemble, arguments.trials))))
-    except RunError as error:
-        return _refuse(error, 1)
-    time_used = f"{time.monotonic() - began:.0f} s, {ensemble.runs} runs computed here and the others read."
-    write(result, directory, [*notes, ("Time", [time_used])])
+    carry_out(
+        inference,
+        directory,
+        jobs=arguments.jobs,
+        scheduler=arguments.scheduler,
+        held=read_held(inference, arguments.hold),
+        n_direct=arguments.direct or 0,
+        n_trials=arguments.trials or 0,
+        with_claims=not arguments.no_claims,
+        tell=lambda line: print(line, flush=True),
+    )
     print((directory / "report.md").read_text())
-    print(f"{directory}: report.md, samples.csv, points.csv, claims.csv, corner.png, predictive.png")
     return 0
 
 

@@ -4,11 +4,15 @@ Every number of these files is written here from a `vesdyn.inference.Result`; no
 """
 
 import csv
+import time
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 
-from vesdyn.inference import INTERVAL, SETS, UNDETERMINED, sample
+from vesdyn.ensemble import Ensemble
+from vesdyn.errors import CaseError
+from vesdyn.inference import INTERVAL, SETS, UNDETERMINED, infer, sample, sample_directly, trials
 
 _PRIOR_WIDTH = INTERVAL[1] - INTERVAL[0]  # of the places of an unknown
 _COLORS = "#12355b", "#b5382a", "#3f8f78", "#e0a030"  # told apart by lightness as well
@@ -17,6 +21,36 @@ _STYLE = {
     "font.size": 8, "axes.titlesize": 8, "legend.fontsize": 7, "legend.frameon": False, "axes.linewidth": 0.7,
     "xtick.direction": "in", "ytick.direction": "in", "lines.linewidth": 1.1, "pdf.fonttype": 42,
 }  # fmt: skip
+
+
+def carry_out(inference, directory, jobs=None, scheduler=None, held=None, n_direct=0, n_trials=0, with_claims=True,
+              tell=lambda line: None):  # fmt: skip
+    """Carry out ``inference`` and write its files to ``directory``, where its runs are kept; the `Result`.
+
+    ``held`` maps unknowns to values at which the others are told too; ``n_direct`` points of a direct sampler,
+    ``n_trials`` synthetic experiments; ``tell`` gets a line a stage. Raises CaseError and RunError.
+    """
+    missing = [name for name in ("corner", "nautilus", "sklearn") if find_spec(name) is None]
+    if missing:
+        raise CaseError(f"{', '.join(missing)}: not installed; give `pip install 'vesdyn[infer]'`, then the same command.")
+    began = time.monotonic()
+
+    def timed(line):
+        tell(f"[{time.monotonic() - began:.0f} s] {line}")
+
+    ensemble, notes = Ensemble(inference, directory, jobs, scheduler, show=False), []
+    result = infer(inference, ensemble, timed, claims=with_claims)
+    if held:
+        notes.append(("With unknowns held", held_table(result, held)))
+    if n_direct:
+        timed(f"without the emulator: {n_direct} points")
+        notes.append(("Without the emulator", direct(result, sample_directly(result, ensemble, n_direct))))
+    if n_trials:
+        timed(f"trials: {n_trials} synthetic experiments")
+        notes.append(("Trials", coverage(inference, *trials(result, ensemble, n_trials))))
+    used = f"{time.monotonic() - began:.0f} s on {jobs or 'all'} processes; {ensemble.runs} runs were computed, others kept."
+    write(result, directory, [*notes, ("Time", [used])])
+    return result
 
 
 def write(result, directory, notes=()):
