@@ -52,6 +52,7 @@ RANGES = {  # log-uniform; issue of the wish kept everywhere, item 3
 PRESTRETCH, REDUCED_VOLUME = (1.0, 1.2), (0.6, 1.0)  # uniform, each in a part of the scenes:
 KINDS = {"sphere": 0.35, "swollen": 0.25, "oblate": 0.25, "prolate": 0.15}
 THINNEST_LAYER = 2e-4  # [a0]: a receptor of 5 nm on a vesicle of 25 um, the largest there are
+TAUT = 1.05  # prestretch from which a membrane is in tension everywhere (tests/verification/test_static_adhesion)
 WISHES = (0.04, 0.01)
 REFERENCES = {"coarser": (1.4, 0.5), "finer": (2.0, 0.25)}  # edge of the 1 % mesh over its own; accuracy over 1 %
 ENDS_AT = 0.95  # of the final area, by a scout
@@ -90,6 +91,10 @@ RULES = (
         f"the layer of receptors at the front, d_c / (2 binding energy), is at least {THINNEST_LAYER:g} a0 wide: a receptor"
         " of 5 nm on a vesicle of 25 um",
         lambda s: s["cutoff"] / (2.0 * s["binding"]) >= THINNEST_LAYER,
+    ),
+    (
+        f"a membrane without bending is taut, swollen by {TAUT:g} at least: compressed it has no shape but that of its mesh",
+        lambda s: s["thickness"] > 0.0 or s["prestretch"] >= TAUT,
     ),
 )
 
