@@ -304,7 +304,7 @@ OTHER = {  # another value of each key
     "ligands.blur": 0.1, "receptors.mobility": 1, "receptors.drift_number": 4, "receptors.frozen": True,
     "perturbation.mode": 3, "perturbation.amplitude": 0.2, "perturbation.front": 0.01, "perturbation.at": 0.2,
     "perturbation.seed": 1, "mesh.front_edge": 0.02, "mesh.far_edge": 0.06, "mesh.layout": "rings",
-    "mesh.axes": [2, 1], "mesh.fine_angle": 90,
+    "mesh.axes": [2, 1], "mesh.fine_angle": 90, "mesh.difficulty": 2,
     "time.end": 1.3, "time.step": "auto", "time.order": 1, "time.stop_when_steady": False,
     "output.frames": [0.1], "output.checkpoint_minutes": 1, "solver.tolerance": 1e-3, "solver.damping": "kinetic",
     "solver.max_iterations": 100, "solver.method": "newton",

@@ -47,7 +47,7 @@ def test_every_curve_of_the_figures_has_one_config():
     parameters = {}
     for file in CONFIGS:
         case = load_case(file)
-        if (case.model, case.time.step, case.accuracy) == ("auto", "auto", 0.01):
+        if (case.model, case.time.step, case.accuracy, case.adhesion.law) == ("auto", "auto", 0.01, "linear"):
             adhesion = case.adhesion
             scene = (case.membrane.shear_modulus, adhesion.traction, adhesion.cutoff, adhesion.ligand_ratio)
             assert parameters.setdefault(scene, file.stem) == file.stem

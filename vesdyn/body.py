@@ -137,7 +137,7 @@ def set_shares_below(topology, x, level, share):
 
 @by_type
 def area_below(topology, x, level, share):
-    """Current membrane area [a0^2] below ``level`` [a0] that faces the substrate, cut as ``share`` says (`set_shares_below`)."""
+    """Current membrane area [a0^2] below ``level`` [a0] cut where ``share`` says (`set_shares_below`)."""
     raise NotImplementedError
 
 

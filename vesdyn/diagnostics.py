@@ -78,8 +78,10 @@ class Moment:
 
     @cached_property
     def contact(self):
-        """Area [a0^2] and radius [a0] of the bound membrane."""
-        return self.front(BINDING_GAP * self.sim.case.adhesion.cutoff)
+        """Area [a0^2] and radius [a0] of the bound membrane; what faces away from the substrate is not bound."""
+        level = BINDING_GAP * self.sim.case.adhesion.cutoff
+        area, radius = self.front(level)
+        return area - area_facing_away(self.sim.body.topology, self.x, level), radius
 
     @cached_property
     def slackest(self):

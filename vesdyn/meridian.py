@@ -402,8 +402,6 @@ def area_below(topology, x, level, share):
     total = 0.0
     for e in range(topology.elements.shape[0]):
         a, b = topology.elements[e, 0], topology.elements[e, 1]
-        if x[b, 0] < x[a, 0] and max(x[a, 1], x[b, 1]) < level:
-            continue  # faces away
         if x[a, 1] > x[b, 1]:
             a, b = b, a
         length = share[e] * np.hypot(x[b, 0] - x[a, 0], x[b, 1] - x[a, 1])

@@ -28,6 +28,7 @@ from vesdyn.substrate import gaps, kept_landed
 
 STARTING_STEPS = 4  # of order 1
 SHAPE_SHARE, NUMBER_SHARE = 0.25, 0.1  # of their relative differences that count against that of bound receptors
+LEAST_WAY, LEAST_CHANGE = 0.01, 0.001  # of the cutoff, of the numbers: shorter ways from the start count as these
 ROUND_OFF = 1e-9  # of the size: a way that is none
 METHODS = {"viscous": relaxation.viscous, "kinetic": relaxation.kinetic, "newton": newton.newton}  # solve the balance
 
@@ -278,11 +279,12 @@ class Spreading:
         """
         number_ahead = state.number + (state.number - state.number_before) * (dt / state.dt_before)
         seen, came = (adhesion.bound_receptors(self.adhesion, *at) for at in ((number_ahead, ahead), (number, x)))
-        moved, changed = self.distance(x, self.x_start), np.linalg.norm(number - self.number_start)
+        moved = max(self.distance(x, self.x_start), LEAST_WAY * self.case.adhesion.cutoff)
+        changed = max(np.linalg.norm(number - self.number_start), LEAST_CHANGE * np.linalg.norm(number))
         return max(
             abs(seen / came - 1.0) if came > 0.0 else 0.0,
-            SHAPE_SHARE * self.distance(ahead, x) / moved if moved > 0.0 else 0.0,
-            NUMBER_SHARE * np.linalg.norm(number_ahead - number) / changed if changed > 0.0 else 0.0,
+            SHAPE_SHARE * self.distance(ahead, x) / moved,
+            NUMBER_SHARE * np.linalg.norm(number_ahead - number) / changed,
         )
 
     def distance(self, x, y):

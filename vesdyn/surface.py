@@ -406,8 +406,7 @@ def area_below(topology, x, level, share):
             continue
         A = squared_lengths(topology, x, e)[3]
         if below == 3:
-            a, b, c = topology.elements[e, 0], topology.elements[e, 1], topology.elements[e, 2]
-            total += A if vector_area(x, a, b, c)[2] <= 0.0 else 0.0  # else it faces away
+            total += A
             continue
         for k in range(3):
             if (x[topology.elements[e, k], 2] < level) == (below == 1):

@@ -33,10 +33,10 @@ class Frozen:
         self.x, body = sphere(model, edge, 2.0 * edge)
         self.edges, self.area, self.ratio = body.edges, forces(body, self.x)[2].copy(), ratio
         self.scratch = receptors.transport(len(self.x), len(body.edges))
-        edge_conductances(body, self.x, self.scratch.conductance)
+        edge_conductances(body.topology, self.x, self.scratch.conductance)
         law = TractionSeparation(Linear(CUTOFF), 1.0, ratio, False)
-        set_boltzmann_exponents(2.0 * depth / CUTOFF, law, self.x, self.scratch.exponent)
         self.number, self.ligands = self.area.copy(), np.ones(len(self.x))
+        set_boltzmann_exponents(2.0 * depth / CUTOFF, law, self.ligands, self.x, self.scratch.exponent)
 
     @property
     def density(self):
