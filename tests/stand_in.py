@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vesdyn import files, run
+from vesdyn import files, run, stepping
 from vesdyn.storage import RunDirectory
 
 
@@ -66,6 +66,7 @@ def put_in_place(monkeypatch):
     """Put Physics in the place of the real one, and an empty picture in that of the summary."""
     monkeypatch.setattr(run, "Spreading", Physics)
     monkeypatch.setattr(run, "Moment", Measured)
+    monkeypatch.setattr(stepping, "_check_fold", lambda sim, state: None)  # it has no membrane
     monkeypatch.setattr(Physics, "before_step", staticmethod(lambda steps: None))
     pictures = types.ModuleType("vesdyn.pictures")
     pictures.summary = lambda path: files.replace_file(Path(path), "summary.png", b"a picture")
