@@ -336,22 +336,30 @@ def infer(inference, ensemble, tell=print, claims=True):
     stages = {"design": (places, table)}
     emulator = Emulator(inference, places, table)
     likelihood = Likelihood(inference, errors_of(inference, emulator.left_out, table))
-    added = np.empty((0, d))
+    added = ensemble.remembered("refined")[: design.refined]
     for r in range(_ROUNDS if design.refined else 0):
-        found = sample(likelihood, emulator.numbers, effective=_FEW, seed=design.seed + r)
-        n = design.refined * (r + 1) // _ROUNDS - design.refined * r // _ROUNDS
-        new = _refinement(found, emulator, n, design.seed + r)
-        tell(f"refinement {r + 1}: {n} points in the posterior")
-        added = np.concatenate([added, new])
+        n = design.refined * (r + 1) // _ROUNDS - len(added)
+        if n > 0:
+            found = sample(likelihood, emulator.numbers, effective=_FEW, seed=design.seed + r)
+            new = _refinement(found, emulator, n, design.seed + r)
+            ensemble.remember("refined", new)
+            added = np.concatenate([added, new])
+        elif r < _ROUNDS - 1:
+            continue
         every = np.concatenate([places, added])
+        tell(f"refinement: {len(added)} points in the posterior")
         table = ensemble.quantities(every, design.accuracy)
         emulator = Emulator(inference, every, table)
         late = slice(len(places), None)  # the errors that count are those in the posterior
         likelihood = Likelihood(inference, errors_of(inference, emulator.left_out[late], table[late]))
     stages["refined"] = added, table[len(places) :]
     if design.checks:
-        found = sample(likelihood, emulator.numbers, effective=_FEW, seed=design.seed)
-        checks = _spread_out(found.drawn(_CANDIDATES, design.seed), np.empty((0, d)), design.checks)
+        checks = ensemble.remembered("checked")[: design.checks]
+        if len(checks) < design.checks:
+            found = sample(likelihood, emulator.numbers, effective=_FEW, seed=design.seed)
+            new = _spread_out(found.drawn(_CANDIDATES, design.seed), checks, design.checks - len(checks))
+            ensemble.remember("checked", new)
+            checks = np.concatenate([checks, new])
         tell(f"checks: {len(checks)} points at a wish of {design.checked_at:g}")
         coarse, fine = (ensemble.quantities(checks, wish) for wish in (design.accuracy, design.checked_at))
         stages |= {"checked": (checks, coarse), "finer": (checks, fine)}
