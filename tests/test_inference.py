@@ -371,6 +371,16 @@ def test_a_number_that_sets_a_parameter_is_calibrated_and_no_prediction(tmp_path
         assert {row["verdict"] for row in csv.DictReader(file)} == {"calibrated"}
 
 
+def test_a_number_told_too_vaguely_is_not_refuted(tmp_path, quadrature):
+    data = [FINAL, number("vague", "at(one, 0.02) / final(one)", 0.632, 0.001)]
+    _, verdicts = verdicts_of(tmp_path, data)
+    assert verdicts["vague"].probability < 0.1 and verdicts["vague"].sets == ["drag"]
+    vague = verdicts["vague"]._replace(wider={"drag": 1.0}, larger=1.0)
+    assert vague.tail > 0.2 and vague.word == "open"
+    assert vague._replace(tail=0.01).word == "refuted"
+    assert vague._replace(larger=2.0).word == "calibrated"
+
+
 def test_a_second_print_of_the_same_is_predicted_by_the_first(tmp_path, quadrature):
     same = [number(name, "final(one)", 0.6, 0.006) for name in ("first", "second", "third")]
     _, verdicts = verdicts_of(tmp_path, [*same, EARLY, {"claim": "false", "value": "final(one)", "above": [0.7, 0.8]}], slip=0.5)
