@@ -18,6 +18,7 @@ from vesdyn.study import SNAPSHOTS, Study, common_times, holds_from, separation
 
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "plots" / "out"
+DRAWS = ROOT / "docs" / "inference-draws.csv"
 DATA = ROOT / "tests" / "data"  # tables of independent computations
 TITLE = {"typical": "typical case", "fig9-base": "soft case of Fig. 9"}
 
@@ -77,9 +78,17 @@ def command_line(measure, draw, out=OUT):
     parser.add_argument("--jobs", type=int, metavar="N", help="runs side by side (default: one a core)")
     arguments = parser.parse_args()
     try:
-        draw(measure(Study(arguments.runs, jobs=arguments.jobs, show=True)), arguments.out)
+        draw(measure(Study(arguments.runs, jobs=arguments.jobs, show=True, draws=drawn_parameters())), arguments.out)
     except (CaseError, RunError) as error:
         raise SystemExit(str(error)) from None
+
+
+def drawn_parameters():
+    """Changes of a case for each draw of the parameters from the posterior (`plots/calibration.py`)."""
+    if not DRAWS.exists():
+        return ()
+    with open(DRAWS, newline="") as file:
+        return tuple({key: float(value) for key, value in row.items()} for row in csv.DictReader(file))
 
 
 def data(name):
@@ -183,7 +192,10 @@ def tabulate(figure, curves, key):
 
 
 def draw_areas(ax, curves, key, until=None):
-    """A(t) of ``curves`` in bands of their errors; one that came to rest before the end stays where it is."""
+    """A(t) of ``curves`` in bands of their errors; one that came to rest before the end stays where it is.
+
+    A second, faint band is where the curve may lie for what the prints leave open of drag, mobility, thickness and prestretch.
+    """
     end = until or max(curve.end for curve in curves)
     for curve, (color, line) in zip(curves, LINES):
         t, area = curve.history["time"], curve.history["binding_area"]
@@ -192,6 +204,8 @@ def draw_areas(ax, curves, key, until=None):
         label = f"{SYMBOLS[key]} = {curve.value(key):g}  ($\\pm${100 * error:.1f} %)"
         ax.plot(t, area, color=color, linestyle=line, label=label)
         ax.fill_between(t, area * (1 - error), area * (1 + error), color=color, alpha=0.25, linewidth=0)
+        if (band := curve.band(times := np.linspace(0.0, end, 200)[1:])) is not None:
+            ax.fill_between(times, *band, color=color, alpha=0.1, linewidth=0)
     ax.set(xlabel=TIME, ylabel=AREA, xlim=(0.0, end), ylim=(0.0, None))
     ax.legend(loc="lower right", title=UNITS.get(key) and f"{SYMBOLS[key]} in {UNITS[key]}", title_fontsize=7)
 

@@ -37,7 +37,13 @@ class ClosedForm:
     """Takes the place of an ensemble of runs: A(t) = a (1 - exp(-t/tau)), a of the mobility, tau of the drag."""
 
     def __init__(self, inference):
-        self.inference, self.asked = inference, []
+        self.inference, self.asked, self.notes = inference, [], {}
+
+    def remembered(self, stage):
+        return self.notes.get(stage, np.empty((0, 2)))
+
+    def remember(self, stage, places):
+        self.notes[stage] = np.concatenate([self.remembered(stage), places])
 
     def quantities(self, places, accuracy):
         self.asked.append((len(places), accuracy))
@@ -250,6 +256,30 @@ def test_posterior_of_two_numbers_that_set_two_unknowns(both, quadrature):
     assert (high - low) / 4.0 == pytest.approx(2 * 1.645 * 0.02, rel=0.25)  # 1 % of the area is 2 % of the mobility
 
 
+def test_points_once_chosen_are_used_again_with_other_data(tmp_path, quadrature):
+    design = {"points": 24, "refined": 8, "checks": 2}
+    first = inference_of(tmp_path, [FINAL], design=design)
+    curves = ClosedForm(first)
+    chosen = infer(first, curves, lambda line: None, claims=False).stages
+    other = inference_of(tmp_path, [FINAL, EARLY], design=design)
+    curves.inference = other
+    again = infer(other, curves, lambda line: None, claims=False).stages
+    for stage in ("design", "refined", "checked"):
+        assert np.array_equal(again[stage][0], chosen[stage][0])
+    assert len(chosen["refined"][0]) == 8 and len(curves.notes["refined"]) == 8
+
+
+def test_notes_of_points_outlive_the_process_and_keep_to_the_priors(tmp_path):
+    inference = inference_of(tmp_path, [FINAL])
+    places = np.array([[0.25, 0.5], [0.75, 0.9]])
+    Ensemble(inference, tmp_path / "runs").remember("refined", places)
+    Ensemble(inference, tmp_path / "runs").remember("checked", places[:1])
+    assert Ensemble(inference, tmp_path / "runs").remembered("refined") == pytest.approx(places, abs=1e-12)
+    narrow = {"drag": {"low": 0.01, "high": 0.2}, "receptors.mobility": {"low": 0.5, "high": 8.0}}
+    narrower = inference_of(tmp_path, [FINAL], unknowns=narrow)
+    assert len(Ensemble(narrower, tmp_path / "runs").remembered("refined")) == 1  # drag 0.0316 of 0.0316 and 0.316
+
+
 def test_nested_sampling_agrees_with_quadrature(tmp_path, monkeypatch):
     """Means to four standard errors, evidence and the probability of a reading to what such a sampling gives."""
     for name, value in {"_LIVE": 150, "_SAMPLES": 500}.items():
@@ -339,6 +369,16 @@ def test_a_number_that_sets_a_parameter_is_calibrated_and_no_prediction(tmp_path
             assert "predicted" not in line
     with open(tmp_path / "out" / "claims.csv", newline="") as file:
         assert {row["verdict"] for row in csv.DictReader(file)} == {"calibrated"}
+
+
+def test_a_number_told_too_vaguely_is_not_refuted(tmp_path, quadrature):
+    data = [FINAL, number("vague", "at(one, 0.02) / final(one)", 0.632, 0.001)]
+    _, verdicts = verdicts_of(tmp_path, data)
+    assert verdicts["vague"].probability < 0.1 and verdicts["vague"].sets == ["drag"]
+    vague = verdicts["vague"]._replace(wider={"drag": 1.0}, larger=1.0)
+    assert vague.tail > 0.2 and vague.word == "open"
+    assert vague._replace(tail=0.01).word == "refuted"
+    assert vague._replace(larger=2.0).word == "calibrated"
 
 
 def test_a_second_print_of_the_same_is_predicted_by_the_first(tmp_path, quadrature):

@@ -5,6 +5,7 @@ so nothing is ever taken from another version, and a batch that was stopped goes
 leaves to be chosen are chosen once, in the middle of the unknowns' ranges, and are the same at all points.
 """
 
+import csv
 import hashlib
 import json
 import os
@@ -46,6 +47,32 @@ class Ensemble:
             rows = {name: _read(self._file(name, values, accuracy)) for name in names}
             table.append([q.of(rows[q.case]) if rows[q.case] else np.nan for q in self.inference.quantities])
         return np.array(table).reshape(-1, len(self.inference.quantities))
+
+    def remembered(self, stage):
+        """Places (n, n_unknowns) that an earlier inference here noted for a ``stage`` and that lie in the priors."""
+        if not self._notes.exists():
+            return np.empty((0, len(self.inference.unknowns)))
+        with open(self._notes, newline="") as file:
+            rows = [row for row in csv.DictReader(file) if row["stage"] == stage]
+        keys = list(self.inference.unknowns)
+        values = [[float(row[key]) for key in keys] for row in rows if {*row} == {"stage", *keys}]
+        places = self.inference.places(np.array(values).reshape(-1, len(keys)))
+        return places[np.all((places >= 0.0) & (places <= 1.0), axis=1)]
+
+    def remember(self, stage, places):
+        """Note ``places`` (n, n_unknowns) for a ``stage``: once chosen they are used again, whatever data are added."""
+        self.curves.mkdir(parents=True, exist_ok=True)
+        is_new = not self._notes.exists()
+        with open(self._notes, "a", newline="") as file:
+            writer = csv.writer(file)
+            if is_new:
+                writer.writerow(["stage", *self.inference.unknowns])
+            writer.writerows([stage, *map(repr, map(float, values))] for values in self.inference.values(places))
+
+    @property
+    def _notes(self):
+        digest = hashlib.sha256(" ".join(self.inference.unknowns).encode()).hexdigest()[:8]
+        return self.curves / f"places-{digest}.csv"
 
     def _prepare(self, places, accuracy):
         """Run what is missing, in batches; raise KeyboardInterrupt where one is interrupted."""

@@ -18,8 +18,8 @@ and absolute for statements. Figures are independent given the unknowns. Reading
 kind exactly one is right; their priors are equal, so their evidence ratios are those of their posterior probabilities.
 
 A claim's probability is that of its statement in what is left without it: the posterior of all other data, averaged over
-thresholds and model error. A claim without which the interval of an unknown is SETS times as wide has set that
-unknown: it is called calibrated and is no prediction, whatever its probability.
+thresholds and model error. A claim without which the interval of an unknown is SETS times as wide, or the volume
+of the posterior SETS times as large, has set that unknown: it is called calibrated and is no prediction, whatever its probability.
 """
 
 from typing import NamedTuple
@@ -140,6 +140,16 @@ class Likelihood:
         return np.array(found)
 
 
+    def below(self, term, errors, numbers):
+        """Probability (n_formulas, m) that the number of ``term`` comes out below what is printed, all errors counted."""
+        found = []
+        for value, error in zip(values_of(term, numbers), errors):
+            v = value[:, None]
+            s = np.sqrt(error**2 + (self.sigma * v) ** 2 + term.error**2 + _TINY)
+            found.append(ndtr((term.printed - v) / s).mean(axis=1))
+        return np.array(found)
+
+
 def errors_of(inference, told, true):
     """Root mean square differences of the terms' formulas between two tables (n, n_quantities): by term and formula."""
     told, true = table_numbers(inference, told), table_numbers(inference, true)
@@ -252,18 +262,23 @@ class Verdict(NamedTuple):
     by_unknown: dict  # unknown: probabilities below and above its median
     by_measure: tuple  # one probability for each of its formulas
     wider: dict  # unknown: interval without it / interval with it
+    larger: float  # volume of the posterior without it / with it, from the covariances
+    tail: float  # of a number: probability of one at least as far off; of a statement: its probability
 
     @property
     def sets(self):
-        """The unknowns that this claim has set."""
-        return [unknown for unknown, times in self.wider.items() if times >= SETS]
+        """The unknowns that this claim has set, alone or together: then the one that it sets most."""
+        alone = [unknown for unknown, times in self.wider.items() if times >= SETS]
+        return alone or ([max(self.wider, key=self.wider.get)] if self.larger >= SETS else [])
 
     @property
     def word(self):
-        """calibrated, predicted, open or refuted."""
+        """calibrated, predicted, open or refuted; a number that is told too vaguely to meet its print is not refuted."""
         if self.sets:
             return "calibrated"
-        return "predicted" if self.probability >= PREDICTED else "refuted" if self.probability <= REFUTED else "open"
+        if self.probability >= PREDICTED:
+            return "predicted"
+        return "refuted" if max(self.probability, self.tail) <= REFUTED else "open"
 
 
 def judge(likelihood, numbers_at, claim, posterior, seed=0):
@@ -273,11 +288,14 @@ def judge(likelihood, numbers_at, claim, posterior, seed=0):
     numbers = numbers_at(rest.places)
     terms = [(i, term) for i, term in enumerate(inference.terms) if term.claim == claim]
 
-    def probability(weights, change=lambda term: term):
-        """Mean over terms, formulas and samples, of the readings under which each term counts."""
-        total = 0.0
+    def probability(weights, change=lambda term: term, below=False):
+        """Mean over terms, formulas and samples, of the readings under which each term counts.
+
+        Of agreement, or with ``below`` of a computed number below the printed one.
+        """
+        total, judged = 0.0, likelihood.below if below else likelihood.agreement
         for k, combination in enumerate(inference.combinations):
-            found = [likelihood.agreement(change(term), likelihood.errors[i], numbers).mean(axis=0)
+            found = [judged(change(term), likelihood.errors[i], numbers).mean(axis=0)
                      for i, term in terms if term.when.items() <= combination.items()]  # fmt: skip
             total += np.sum(weights[k] * np.mean(found, axis=0))
         return float(total / weights.sum())
@@ -305,8 +323,15 @@ def judge(likelihood, numbers_at, claim, posterior, seed=0):
         parts = [(weights[[t.when.items() <= c.items() for c in inference.combinations]].sum(axis=0),
                   likelihood.agreement(t, likelihood.errors[i], numbers)) for i, t in terms]  # fmt: skip
         by_measure = tuple(float(p) for p in sum((found * w).sum(axis=1) for w, found in parts) / weights.sum())
-    return Verdict(claim, first.says, probability(weights), by_reading, by_threshold, by_unknown, by_measure,
-                   dict(zip(inference.unknowns, rest.widths() / posterior.widths())))  # fmt: skip
+    found = probability(weights)
+    tail = found
+    if first.printed is not None and first.legend is None:
+        lower = probability(weights, below=True)
+        tail = 2.0 * min(lower, 1.0 - lower)
+    volumes = [np.sqrt(max(np.linalg.det(some.covariance()), _TINY)) for some in (rest, posterior)]
+    wider = dict(zip(inference.unknowns, rest.widths() / posterior.widths()))
+    return Verdict(claim, first.says, found, by_reading, by_threshold, by_unknown, by_measure, wider,
+                   float(volumes[0] / volumes[1]), tail)  # fmt: skip
 
 
 # The whole -----------------------------------------------------------------------------------------------
@@ -336,22 +361,30 @@ def infer(inference, ensemble, tell=print, claims=True):
     stages = {"design": (places, table)}
     emulator = Emulator(inference, places, table)
     likelihood = Likelihood(inference, errors_of(inference, emulator.left_out, table))
-    added = np.empty((0, d))
+    added = ensemble.remembered("refined")[: design.refined]
     for r in range(_ROUNDS if design.refined else 0):
-        found = sample(likelihood, emulator.numbers, effective=_FEW, seed=design.seed + r)
-        n = design.refined * (r + 1) // _ROUNDS - design.refined * r // _ROUNDS
-        new = _refinement(found, emulator, n, design.seed + r)
-        tell(f"refinement {r + 1}: {n} points in the posterior")
-        added = np.concatenate([added, new])
+        n = design.refined * (r + 1) // _ROUNDS - len(added)
+        if n > 0:
+            found = sample(likelihood, emulator.numbers, effective=_FEW, seed=design.seed + r)
+            new = _refinement(found, emulator, n, design.seed + r)
+            ensemble.remember("refined", new)
+            added = np.concatenate([added, new])
+        elif r < _ROUNDS - 1:
+            continue
         every = np.concatenate([places, added])
+        tell(f"refinement: {len(added)} points in the posterior")
         table = ensemble.quantities(every, design.accuracy)
         emulator = Emulator(inference, every, table)
         late = slice(len(places), None)  # the errors that count are those in the posterior
         likelihood = Likelihood(inference, errors_of(inference, emulator.left_out[late], table[late]))
     stages["refined"] = added, table[len(places) :]
     if design.checks:
-        found = sample(likelihood, emulator.numbers, effective=_FEW, seed=design.seed)
-        checks = _spread_out(found.drawn(_CANDIDATES, design.seed), np.empty((0, d)), design.checks)
+        checks = ensemble.remembered("checked")[: design.checks]
+        if len(checks) < design.checks:
+            found = sample(likelihood, emulator.numbers, effective=_FEW, seed=design.seed)
+            new = _spread_out(found.drawn(_CANDIDATES, design.seed), checks, design.checks - len(checks))
+            ensemble.remember("checked", new)
+            checks = np.concatenate([checks, new])
         tell(f"checks: {len(checks)} points at a wish of {design.checked_at:g}")
         coarse, fine = (ensemble.quantities(checks, wish) for wish in (design.accuracy, design.checked_at))
         stages |= {"checked": (checks, coarse), "finer": (checks, fine)}

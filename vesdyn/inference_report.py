@@ -7,6 +7,7 @@ import csv
 import time
 from importlib.util import find_spec
 from pathlib import Path
+from textwrap import wrap
 
 import numpy as np
 
@@ -216,7 +217,8 @@ def claims(result):
     return table(["claim", "the words", "probability", "verdict", "what would change it"], rows) + [
         "",
         "Each probability is that of the claim in what all other data leave. Calibrated: without the claim the interval of"
-        f" an unknown is {SETS:g} times as wide, so the claim has set it and is no prediction, whatever its probability.",
+        f" an unknown is {SETS:g} times as wide, or the volume of the posterior as much larger: the claim has set a parameter"
+        " and is no prediction, whatever its probability.",
     ]
 
 
@@ -245,7 +247,8 @@ def direct(result, found):
     for kind, names in result.inference.readings.items():
         for name in names:
             p, q = (s.probability(result.inference, kind, name) for s in (result.posterior, found.samples))
-            rows.append([f"{kind}: {name}", f"{p:.3g}", f"{q:.3g}", ""])
+            if p * n > 1.0:  # of a reading that few points stand for they can tell nothing
+                rows.append([f"{kind}: {name}", f"{p:.3g}", f"{q:.3g}", ""])
     off = result.emulator.off(found.told, found.table)
     rms = np.sqrt(np.nanmean(off**2, axis=0))
     worst = int(np.argmax(rms))
@@ -334,6 +337,8 @@ def draw_corner(result, directory):
             corner(values, weights=samples.weights, fig=figure, color=color, labels=labels, range=limits, bins=30, smooth=1.0,
                    levels=(0.5, 0.9), plot_datapoints=False, plot_density=False, no_fill_contours=True, labelpad=0.05,
                    hist_kwargs={"density": True})  # fmt: skip
+        for ax in np.reshape(figure.axes, (len(names), -1)).diagonal():  # corner takes the last histogram's height
+            ax.set_ylim(0.0, 1.05 * max(patch.get_xy()[:, 1].max() for patch in ax.patches))
         handles = [Line2D([], [], color=color, label=name) for color, name in zip(_COLORS, some)]
         figure.legend(handles=handles, loc="upper right", title="contours: 50 and 90 %", title_fontsize=7)
         for suffix in ("png", "pdf"):
@@ -369,8 +374,11 @@ def draw_predictive(result, directory):
                 ax.axvspan(*(term.above or term.below), color="0.82", linewidth=0)
             for color, (name, s) in zip(_COLORS, some.items()):
                 ax.hist(every[name], edges, weights=s.weights, histtype="step", color=color, density=True)
-            title = term.claim if len(term.formulas) == 1 else f"{term.claim[:22]}\n{formula.text[:34]}"
-            ax.set_title(title, loc="left", fontsize=6)
+            ax.set_title(term.claim, loc="left", fontsize=6)
+            if len(term.formulas) > 1:
+                measure = "\n".join(wrap(formula.text, 44))
+                ax.text(0.0, 1.0, measure, transform=ax.transAxes, fontsize=4, va="bottom")
+                ax.set_title(term.claim, loc="left", fontsize=6, pad=6 + 5 * measure.count("\n") + 5)
             ax.set(yticks=[], xlim=edges[[0, -1]])
         for ax in axes[len(shown) :]:
             ax.set_axis_off()

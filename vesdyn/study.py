@@ -56,7 +56,8 @@ class Study:
     tells both and ends with the hash of the case, so that a case that was edited is another run. A stored run is used
     again whatever the version that computed it: remove the directory to measure anew. ``jobs`` runs are computed side
     by side (by default one a core), ``every`` holds changes made to each run. ``show`` keeps a table of the runs on
-    stderr while they are computed.
+    stderr while they are computed. ``draws`` are changes at each of which every curve is run as well, parameters drawn
+    from what the prints leave open (`Curve.band`).
     """
 
     directory: Path
@@ -64,6 +65,7 @@ class Study:
     jobs: int | None = None
     every: dict = field(default_factory=dict)
     show: bool = False
+    draws: tuple = ()
 
     def case(self, name, changes=UNCHANGED):
         """The case ``name`` with ``changes`` as asked for, before anything that is `auto` is chosen.
@@ -157,11 +159,13 @@ class Study:
         """A `Curve` of each case of ``names``, with the same ``changes`` or a list of its own for each."""
         changes = changes if isinstance(changes, (list, tuple)) else [changes or UNCHANGED] * len(names)
         pairs = [self._both_runs(name, change) for name, change in zip(names, changes)]
-        self.prepare([run for pair in pairs for run in pair])
+        drawn = [self._drawn_runs(name, change) for name, change in zip(names, changes)]
+        self.prepare([run for runs in (*pairs, *drawn) for run in runs])
         return [
-            Curve(name, change, self.case(name, change), self.history(*own), self.history(*finer))
-            for name, change, (own, finer) in zip(names, changes, pairs)
-        ]
+            Curve(name, change, self.case(name, change), self.history(*own), self.history(*finer),
+                  spread=tuple(self.history(*run) for run in runs))
+            for name, change, (own, finer), runs in zip(names, changes, pairs, drawn)
+        ]  # fmt: skip
 
     def varied(self, curves, changes):
         """The ``curves`` with further ``changes``, to be compared with them: run once, with the same errors."""
@@ -171,6 +175,12 @@ class Study:
             Curve(*run, self.case(*run), history := self.history(*run), history, errors_of=curve)
             for run, curve in zip(runs, curves)
         ]
+
+    def _drawn_runs(self, name, changes):
+        """The runs of a curve at each of ``draws``; none where something else is held than these vary."""
+        if "receptors" in changes or "receptors.drift_number" in changes:
+            return []
+        return [(name, {**changes, **draw}) for draw in self.draws]
 
     def _both_runs(self, name, changes):
         """The two runs of a curve, at its wish and at a quarter of it."""
@@ -274,6 +284,7 @@ class Curve:
     history: dict
     finer: dict
     errors_of: "Curve | None" = None
+    spread: tuple = ()  # histories at parameters drawn from what the prints leave open
 
     def value(self, key):
         """What the case says of ``key``, a dotted key."""
@@ -295,6 +306,13 @@ class Curve:
     def at(self, times, column="binding_area"):
         """A column of the history at ``times``, its last value once the run has ended."""
         return value_at(self.history, column, times)
+
+    def band(self, times):
+        """Lowest and highest binding area (n,), (n,) at ``times`` over the drawn parameters; None where there are none."""
+        if not self.spread:
+            return None
+        areas = [area_at(history, np.maximum(times, history["time"][0])) for history in self.spread]
+        return np.min(areas, axis=0), np.max(areas, axis=0)
 
     def error(self, column="binding_area"):
         """Estimated relative error of a column of the history."""

@@ -127,6 +127,8 @@ def test_calibration_tells_and_draws_an_inference(study_of, tmp_path, tiny_infer
     held = {"receptors.mobility": 2.0}
     finished = calibration.measure(study_of({}), tiny_inference, tmp_path / "runs", held, n_direct=4)
     calibration.draw(finished, tmp_path / "out")
+    draws = (tmp_path / "out" / "inference-draws.csv").read_text().splitlines()
+    assert draws[0] == "drag,receptors.mobility" and len(draws) == 1 + calibration.N_DRAWS
     assert written(tmp_path / "out") == ["inference-corner.png", "inference-predictive.png", "inference.md"]
     report = (tmp_path / "out" / "inference.md").read_text()
     assert all(f"## {title}" in report for title in ("Unknowns", "With unknowns held", "Without the emulator", "Time"))
