@@ -184,6 +184,7 @@ def test_written_frames_that_a_change_leaves_out_are_told():
         ({"ligands.pattern": "squares", "ligands.period": 0.2}, "ligands.width", 0.1),
     ],
 )
+@pytest.mark.fault("a04")
 def test_defaults_give_way(keys, key, value):
     a = case(**keys)
     section, inner = key.split(".")
@@ -191,6 +192,7 @@ def test_defaults_give_way(keys, key, value):
     assert not a.given(key)
 
 
+@pytest.mark.fault("n9")
 def test_on_a_meridian_edges_and_step_not_given_are_auto():
     keys = ("front_edge", "far_edge")
     a = case(model="axisymmetric")
@@ -225,6 +227,7 @@ def test_written_contradictions_are_refused(keys, part):
     assert sentence.startswith(part) and sentence.endswith(".")
 
 
+@pytest.mark.fault("a07")
 def test_times_within_a_rounding_are_one():
     a = case(time__end=0.3, output__frames=[0.1, 0.2, 0.2 * (1 + 1e-12), 0.30000000000000004])
     assert a.output.frames == (0.1, 0.2, 0.3) and a.marks == (0.1, 0.2, 0.3)
@@ -269,11 +272,13 @@ def test_times_within_a_rounding_are_one():
           "time.step": 0.001}, "accuracy"),
     ],
 )  # fmt: skip
+@pytest.mark.fault("n11")
 def test_doubtful_and_idle_keys_are_warned_of(keys, key):
     (doubt,) = case(**keys).warnings()
     assert doubt.startswith(f"{key}: ") and doubt.endswith(".")
 
 
+@pytest.mark.fault("n4")
 def test_a_front_without_traction_is_doubtful():
     doubts = case(perturbation__front=0.1, adhesion__traction=0).warnings()
     assert [doubt.split(":")[0] for doubt in doubts] == ["adhesion.traction", "perturbation.front"]
@@ -384,6 +389,7 @@ STORED = {"time.end": 0.02, "time.step": 0.001, "output.frames": [0.005, 0.015]}
          "time.stop_when_steady"),
     ],
 )  # fmt: skip
+@pytest.mark.fault("a05")
 def test_what_may_change_when_a_run_goes_on(stored, wanted, time, key):
     stored, wanted = case(**STORED | stored), case(**STORED | {"time.step": stored.get("time.step", 0.001)} | wanted)
     conflicts = continuation_conflicts(stored, wanted, time)
@@ -393,6 +399,7 @@ def test_what_may_change_when_a_run_goes_on(stored, wanted, time, key):
 # Limits
 
 
+@pytest.mark.fault("n13")
 def test_the_limits_leave_finite_numbers():
     least = {"membrane.shear_modulus": 1e-9, "adhesion.traction": 1e-15, "adhesion.cutoff": 1e-6, "drag": 1e-15,
              "adhesion.ligand_ratio": 1e-6, "receptors.drift_number": 1e-15, "mesh.front_edge": 1e-5,

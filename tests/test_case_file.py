@@ -158,6 +158,7 @@ def test_every_problem_gets_its_own_line(complaint):
         ("name: \0", "line 1: the control character \\x00 is not allowed"),
     ],
 )
+@pytest.mark.fault("n12")
 def test_files_that_are_no_case(complaint, text, part):
     assert part in complaint(text)
 
@@ -325,6 +326,7 @@ def told(files):
         ("receptors: {mobility: 3}\nadhesion: {ligand_ratio: 2}", "receptors: {drift_number: 20}", (), 6),
     ],
 )
+@pytest.mark.fault("n8")
 def test_of_mobility_and_drift_number_the_more_specific_wins(told, file, base, overrides, drift_number):
     case, warned = told(file, base, *overrides)
     assert case.drift_number == drift_number and warned == []
@@ -438,6 +440,7 @@ def test_a_stored_case_holds_what_was_given_and_reads_back(load, text):
     assert pickle.loads(pickle.dumps(again)).given_keys() == case.given_keys()
 
 
+@pytest.mark.fault("n8")
 def test_a_stored_case_can_be_changed(load):
     stored = load("name: a\nadhesion: {ligand_ratio: 4}").to_yaml()
     assert load(stored, "adhesion.ligand_ratio=2").drift_number == 2 * 2.1875
@@ -474,6 +477,7 @@ def test_a_name_that_looks_like_a_number_is_stored_as_text(load):
 
 @pytest.mark.parametrize("number", ["1:30", "010", "0x10", "9_6", "0o10", "0b1", "1,5", "1e", "١", "1 0"])
 @pytest.mark.parametrize("way", ["file", "--set", "sweep"])
+@pytest.mark.fault("a09")
 def test_numbers_are_those_of_yaml_1_2(files, tmp_path, number, way):
     path = files(a="name: a" + {"file": f"\ndrag: {number}", "--set": "", "sweep": f"\nsweep: {{drag: ['1', {number}]}}"}[way])
     with pytest.raises(CaseError) as refused:
@@ -482,6 +486,7 @@ def test_numbers_are_those_of_yaml_1_2(files, tmp_path, number, way):
     assert str(refused.value).startswith(where) and "is not a number" in str(refused.value)
 
 
+@pytest.mark.fault("a09")
 def test_padded_seeds_are_refused(complaint):
     assert "perturbation.seed: 010 is not a number; write a whole one" in complaint("name: a\nperturbation: {seed: 010}")
 
@@ -506,6 +511,7 @@ def test_anchors_are_read_and_bombs_are_not(load, complaint):
 # Sources, and files that are none
 
 
+@pytest.mark.fault("n21")
 def test_override_and_sweep_into_a_value_name_their_source(files):
     path = files(a="name: a\nsweep: {drag.x: [1]}", b="name: b")
     with pytest.raises(CaseError, match=f"^{path}: sweep: drag.x: drag holds a value and has no keys in it; "):
@@ -517,6 +523,7 @@ def test_override_and_sweep_into_a_value_name_their_source(files):
         load_case(path, ["membrane.thickness.x=1"])
 
 
+@pytest.mark.fault("n20")
 def test_endless_and_huge_files_are_refused_at_once(tmp_path, files):
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
@@ -533,6 +540,7 @@ def test_endless_and_huge_files_are_refused_at_once(tmp_path, files):
         load_case(large)
 
 
+@pytest.mark.fault("n20")
 def test_many_faults_bases_frames_and_cases_make_few_sentences(files, tmp_path, complaint):
     many = complaint("name: a\n" + "".join(f"k{i}: 1\n" for i in range(5_000))).splitlines()
     assert len(many) == 20 and many[-1] == f"{tmp_path}/case.yaml: and 4,981 more faults; correct these first."
@@ -555,6 +563,7 @@ def test_what_the_user_wrote_is_cut_and_its_control_characters_shown(complaint):
     assert all(len(line) < 300 for line in message.splitlines())
 
 
+@pytest.mark.fault("a04")
 def test_the_template_gives_way_to_what_is_set(load):
     case = load(template(), "time.end=0.5")
     assert case.output.frames == (0.008, 0.044, 0.128) and case.warnings() == []

@@ -131,6 +131,7 @@ def nested(place, value):
 
 
 @pytest.mark.parametrize("place", PLACES)
+@pytest.mark.fault("n13")
 def test_every_value_at_every_key_of_a_file(write, place):
     first = place.split(".")[0]
     for value in VALUES:
@@ -141,6 +142,7 @@ def test_every_value_at_every_key_of_a_file(write, place):
 
 
 @pytest.mark.parametrize("place", PLACES)
+@pytest.mark.fault("n21")
 def test_every_value_at_every_key_by_set_and_sweep(write, place):
     first = place.split(".")[0]
     path = write("name: a\ntime: {end: 1}\noutput: {frames: [0.1]}\nperturbation: {front: 0.01, at: 0.2}")
@@ -163,6 +165,7 @@ def test_every_object_at_every_key_in_python(place):
 
 
 @pytest.mark.parametrize("document", DOCUMENTS)
+@pytest.mark.fault("n12")
 def test_every_file_that_is_none(write, document):
     path = write(DOCUMENTS[document])
     for make in (lambda: [load_case(path)], lambda: load_sweep(path)):

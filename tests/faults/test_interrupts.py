@@ -19,14 +19,18 @@ AUTO = "name: q\nmodel: auto\naccuracy: 0.5%\nmesh: auto\ntime: {end: 0.4, step:
 
 def run_python(code, *signals, after="ready"):
     """Run ``code`` in a process, send it ``signals`` once it says ``after``; return status and stderr."""
+    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # ignored in background jobs
     process = subprocess.Popen(
-        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        [sys.executable, "-c", heard + code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
     assert process.stdout.readline().strip() == after
     for number in signals:
         process.send_signal(number)
         time.sleep(0.2)
-    _, words = process.communicate(timeout=60)
+    try:
+        _, words = process.communicate(timeout=60)
+    finally:
+        process.kill()
     return process.returncode, words
 
 

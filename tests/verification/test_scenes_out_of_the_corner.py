@@ -1,0 +1,114 @@
+"""Scenes far from the paper's, found by use: each keeps its wish, or ends with its cause named in seconds.
+
+Right values are those of much finer runs (even edges of 0.0025, small steps, tolerances relative to the load).
+"""
+
+import numpy as np
+import pytest
+
+from vesdyn import Case, plan
+from vesdyn.balance import Limits
+from vesdyn.diagnostics import Moment
+from vesdyn.planning import survey
+from vesdyn.spreading import Spreading
+from vesdyn.stepping import FoldError, march
+
+AUTO = {"front_edge": "auto", "far_edge": "auto"}
+
+
+def scene(accuracy=0.04, end=2.0, frames=(), drag=0.07, drift_number=17.5, **sections):
+    """A scene on a meridian with all that can be left open left to `auto`."""
+    return Case(
+        name="scene", model="axisymmetric", accuracy=accuracy, mesh=AUTO, time={"end": end, "step": "auto"},
+        output={"frames": frames}, drag=drag, receptors={"drift_number": drift_number}, **sections,
+    )  # fmt: skip
+
+
+def last(case):
+    sim = Spreading(plan(case).case)
+    *_, state = march(sim)
+    return Moment(sim, state)
+
+
+@pytest.mark.fault("a16")
+@pytest.mark.parametrize("accuracy", [0.01, 0.04])
+def test_weak_traction_on_a_stiff_membrane(accuracy):
+    """K/T_max = 9.4: a tolerance relative to K let a binding area of 0.00607 pass."""
+    weak = {"traction": 0.466, "cutoff": 0.0302, "ligand_ratio": 4.77}
+    shell = {"shear_modulus": 4.4, "thickness": 0.0265, "prestretch": 1.04}
+    found = last(scene(accuracy, 0.03, drag=0.0212, drift_number=4.54, membrane=shell, adhesion=weak))
+    assert found["binding_area"] == pytest.approx(0.00569, rel=accuracy)
+
+
+@pytest.mark.fault("a17")
+@pytest.mark.parametrize("accuracy", [0.01, 0.04])
+def test_no_drag(accuracy):
+    """The front is slaved to the receptors: only an estimate that sees them keeps the wish."""
+    found = last(scene(accuracy, 0.072, drag=0.0, membrane={"shear_modulus": 0.302}, adhesion={"traction": 1.51}))
+    assert found["binding_area"] == pytest.approx(0.948, rel=accuracy)
+
+
+@pytest.mark.fault("a15")
+def test_front_beyond_eighty_degrees():
+    """The fine zone goes as far as the front; on six times longer edges a node landed inside the contact, A = 1.53."""
+    found = last(scene(0.01, 1.2, membrane={"shear_modulus": 0.1}, adhesion={"traction": 3.0}))
+    assert found["binding_area"] == pytest.approx(1.421, rel=0.01)
+    assert found["binding_area"] <= np.pi * found["contact_radius"] ** 2 * 1.02
+
+
+@pytest.mark.fault("a02", "a06")
+@pytest.mark.parametrize("shear_modulus", [0.001, 0.05])
+def test_membrane_that_folds_over_itself_is_told(shear_modulus):
+    sim = Spreading(plan(scene(membrane={"shear_modulus": shear_modulus})).case)
+    areas = []
+    with pytest.raises(FoldError, match="folded over itself at the substrate .* no self-contact; end the run before"):
+        for state in march(sim):
+            moment = Moment(sim, state)
+            areas.append((moment["binding_area"], np.pi * moment["contact_radius"] ** 2))
+    area, disc = areas[-1]
+    assert len(areas) > 20 and area <= 1.1 * disc  # nothing twice, but for elements that the level cuts as it folds
+
+
+@pytest.mark.fault("a10")
+def test_scouts_resolve_a_short_range():
+    """d_c = 0.005: a scout on edges of 0.02 told A = 0.105 of a run that gives 0.654."""
+    case = scene(adhesion={"cutoff": 0.005, "traction": 48.3})
+    coarser, finer = survey(case)
+    assert finer.front_edge < coarser.front_edge <= 0.005 / 3
+    assert finer.final_area == pytest.approx(0.654, rel=0.04)
+
+
+@pytest.mark.fault("a12")
+@pytest.mark.verify
+def test_a_red_cell_runs():
+    """Range of 20 nm: the leap to the first balance needs first steps of the order of drag d_c / T_max."""
+    found = last(scene(
+        drag=0.0136, drift_number=3.2e-5, membrane={"shear_modulus": 4.2e4, "thickness": 0.059},
+        adhesion={"cutoff": 0.0036, "traction": 4.24e6, "ligand_ratio": 10},
+    ))  # fmt: skip
+    assert found["binding_area"] == pytest.approx(0.605, rel=0.04)
+
+
+@pytest.mark.fault("a18")
+def test_a_thick_shell_takes_its_steps():
+    assert last(scene(end=0.02, membrane={"thickness": 0.5}))["time"] == 0.02
+
+
+@pytest.mark.fault("n24")
+def test_nearness_without_binding_is_known_and_rests():
+    """A sphere has pi 0.02 d_c a0 within the binding gap before anything pulls; without traction it keeps that."""
+    found = last(scene(adhesion={"traction": 0.0}))
+    assert found["binding_area"] == pytest.approx(np.pi * 0.02 * 0.1, rel=0.05)
+
+
+@pytest.mark.fault("n6")
+@pytest.mark.parametrize("tolerance", [0.05, 1e-3])
+def test_a_solution_has_its_volume_however_loose_the_tolerance(tolerance):
+    case = Case(
+        name="loose", model="surface", mesh={"front_edge": 0.06, "far_edge": 0.1}, adhesion={"traction": 2.416},
+        time={"end": 0.004, "step": 0.002}, output={"frames": ()},
+    )  # fmt: skip
+    sim = Spreading(case)
+    sim.limits = Limits(tolerance, 20_000)
+    for state in march(sim):
+        assert abs(state.volume / sim.volume_0 - 1.0) < 1e-10
