@@ -40,8 +40,8 @@ def test_process_that_never_comes_to_its_turn_is_ended(tried, number):
     """As in a compiler: a long call of a library, during which Python does not run its handlers."""
     tried["interrupts"] += 1
     code = (
-        "import hashlib\nfrom vesdyn import interrupts\ninterrupts.watch()\nprint('ready', flush=True)\n"
-        "with interrupts.interrupts() as asked:\n    hashlib.pbkdf2_hmac('sha256', b'a', b'b', 2**31 - 1)"
+        "import hashlib\nfrom vesdyn import interrupts\ninterrupts.watch()\n"
+        "with interrupts.interrupts() as asked:\n    print('ready', flush=True)\n    hashlib.pbkdf2_hmac('sha256', b'a', b'b', 2**31 - 1)"
     )
     began = time.monotonic()
     status, words = run_python(code, number)  # the call would take a quarter of an hour

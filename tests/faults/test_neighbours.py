@@ -105,23 +105,24 @@ def test_cores_without_sched_getaffinity(monkeypatch):
 @pytest.mark.fault("n17")
 def test_two_batches_in_one_directory(tmp_path, tried):
     files = []
-    for name in ("x", "y", "z"):
+    for name in ("x", "y"):
         files.append(tmp_path / f"{name}.yaml")
-        files[-1].write_text(TINY.replace("NAME", name).replace("END", "0.05"))
+        files[-1].write_text(TINY.replace("NAME", name).replace("END", "0.03"))
     tried["neighbours"] += 1
     command = [*VESDYN, "batch", *files, "--jobs", "1", "--out", tmp_path / "r"]
     both = [subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for _ in range(2)]
     for process in both:
         words, errors = process.communicate(timeout=300)
         assert process.returncode == 0, errors
-        assert "3 finished" in words and "failed" not in errors
+        assert "2 finished" in words and "failed" not in errors
     assert not list((tmp_path / "r").glob(".batch*"))
 
 
 @pytest.mark.fault("n18")
-@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
-@pytest.mark.parametrize("command", ["info", "resume"])
-def test_streams_that_are_closed(physics, tmp_path, tried, closed, command):
+@pytest.mark.parametrize(
+    "command, closed", [("info", ">&-"), ("info", "2>&-"), ("resume", "2>&-"), ("resume", "<&- >&- 2>&-")]
+)
+def test_streams_that_are_closed(physics, tmp_path, tried, command, closed):
     run_case(CASE, tmp_path / "a")
     tried["neighbours"] += 1
     shell = f"{sys.executable} -m vesdyn {command} {tmp_path / 'a'} {closed}"

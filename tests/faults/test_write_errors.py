@@ -26,7 +26,7 @@ CASE = Case(
     time={"end": 0.004, "step": 0.001},
     output={"frames": (0.002,), "checkpoint_minutes": 0.0},
 )
-FEW_OR_ALL = [6, pytest.param(1, marks=pytest.mark.verify)]  # one call in so many
+FEW_OR_ALL = [17, pytest.param(1, marks=pytest.mark.verify)]  # one call in so many
 WRITING = ("open", "write", "fsync", "close", "replace", "rename", "unlink", "makedirs")
 SENTENCES = {
     errno.ENOSPC: "the disk is full",
@@ -103,7 +103,7 @@ def test_disk_full_at_any_call(physics, tmp_path, monkeypatch, tried, stays, eve
 @pytest.mark.fault("a14")
 @pytest.mark.parametrize("error", list(SENTENCES)[1:])
 def test_other_errors_at_some_calls(physics, tmp_path, monkeypatch, tried, error):
-    try_errors(itertools.count(error % 29 + 1, 29), error, False, tmp_path, monkeypatch, tried)
+    try_errors(itertools.count(error % 43 + 1, 43), error, False, tmp_path, monkeypatch, tried)
 
 
 @pytest.mark.verify
@@ -244,7 +244,7 @@ def try_real_errors(failing_library, tmp_path, error, every):
 
 @pytest.mark.fault("a14")
 def test_real_run_on_a_disk_that_fills_at_some_calls(failing_library, tmp_path, tried):
-    tried["errors injected"] += try_real_errors(failing_library, tmp_path, errno.ENOSPC, 23)
+    tried["errors injected"] += try_real_errors(failing_library, tmp_path, errno.ENOSPC, 60)
 
 
 @pytest.mark.verify
