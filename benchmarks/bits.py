@@ -4,7 +4,8 @@
 
 Either is a folder of runs, one a case. For each case: the SHA-256 of its history.csv in both, and `same`, or each column
 that differs with its largest difference relative to the largest value in the column, and the first row in which it does.
-A column that only one of them has, or another number of rows, is told; the rows that both have are compared.
+A column that only one of them has is told. Where the steps are others, rows mean nothing: then the columns in SMOOTH are
+compared at equal times from START on, interpolated from step to step, and at the end.
 """
 
 import argparse
@@ -15,6 +16,16 @@ from pathlib import Path
 import numpy as np
 
 DIGITS = 12  # of a hash that are shown
+SMOOTH = (
+    "binding_area",
+    "contact_radius",
+    "pressure",
+    "density_min",
+    "density_max",
+    "height",
+    "elastic_energy",
+)
+START = 0.01  # [a0^2/D]
 
 
 def histories(folder):
@@ -41,17 +52,31 @@ def compared(old, new):
     found = []
     for names, where in ((before.keys() - after.keys(), "before"), (after.keys() - before.keys(), "after")):
         found += [f"{name} only {where}" for name in sorted(names)]
-    rows = [len(next(iter(table.values()), ())) for table in (before, after)]
-    if rows[0] != rows[1]:
-        found.append(f"{rows[0]} rows before, {rows[1]} after")
+    if not np.array_equal(before["time"], after["time"], equal_nan=True):
+        return [*found, *at_equal_times(before, after)]
     for name in before:
         if name in after:
-            a, b = before[name][: min(rows)], after[name][: min(rows)]
+            a, b = before[name], after[name]
             different = np.flatnonzero(~((a == b) | (np.isnan(a) & np.isnan(b))))
             if len(different):
                 scale = max(np.max(np.abs(a)), np.max(np.abs(b)))
                 size = np.max(np.abs(a[different] - b[different])) / scale
                 found.append(f"{name} by {size:.1e} from row {different[0] + 1}")
+    return found
+
+
+def at_equal_times(before, after):
+    """What differs between two tables of columns whose steps are others, a clause each."""
+    t, other = before["time"], after["time"]
+    found = [f"other steps, {len(t)} before and {len(other)} after"]
+    use = (t >= START) & (t <= other[-1])
+    for name in SMOOTH:
+        if name in before and name in after:
+            a, b = before[name], after[name]
+            change = np.abs(np.interp(t[use], other, b) - a[use]) / max(np.max(np.abs(a)), np.max(np.abs(b)))
+            end = abs(b[-1] - a[-1]) / max(abs(a[-1]), abs(b[-1]))
+            most = f"by {change.max():.1e} at t = {t[use][change.argmax()]:.3g}, " if len(change) else ""
+            found.append(f"{name} {most}by {end:.1e} at the end")
     return found
 
 

@@ -1,4 +1,4 @@
-"""Writes docs/house.md: rungs, modules, their imports, what a newcomer touches; and counts lines for docs/extending.md.
+"""Writes docs/house.md, rungs, imports and what a newcomer touches, and the counts of docs/extending.md.
 
     python docs/house.py
 

@@ -46,7 +46,10 @@ print(*plan.decisions, sep="\n")
 
 # %%
 gathered = vesdyn.Column(
-    "gathered", "1", "share of the receptors in the contact", lambda m: m.state.number[m.x[:, -1] == 0].sum() / m.sim.number_0
+    "gathered",
+    "1",
+    "share of the receptors in the contact",
+    lambda m: m.state.number[m.x[:, -1] == 0].sum() / m.sim.number_0,
 )
 for moment in vesdyn.simulate(plan.case, columns=[gathered]):
     if moment["binding_area"] > 0.3:
@@ -80,7 +83,7 @@ print(outcome.state, f"- A = {outcome.binding_area:.3f} at t = {outcome.time:.2f
 run = vesdyn.open_run("tour/softer")
 print(run, *(f"{time:g}" for time in run.times))
 history, early, late = run.history, run.profile(0.02), run.profile(run.times[-1])
-print("units of the history:", {name: history.units[name] for name in ("time", "binding_area", "pressure", "gathered")})
+print("units:", {name: history.units[name] for name in ("time", "binding_area", "pressure", "gathered")})
 
 # %% [markdown]
 # ## Plot
@@ -95,7 +98,8 @@ left.legend(frameon=False, loc="lower right")
 for profile, time, look in ((early, 0.02, "--"), (late, run.times[-1], "-")):
     right.plot(profile.arc, profile.density, look, color="#12355b", label=f"$t$ = {time:.2g}")
 right.axhline(1.0, color="0.7", linewidth=0.7)
-right.set(xlabel="arc from the middle of the contact [$a_0$]", ylabel="receptor density $c$ [$c_{r0}$]", xlim=(0, 1.2), ylim=(0, None))
+right.set(xlabel="arc from the middle of the contact [$a_0$]", ylabel="receptor density $c$ [$c_{r0}$]")
+right.set(xlim=(0, 1.2), ylim=(0, None))
 right.legend(frameon=False)
 figure.savefig("tour/tour.png", dpi=200)
 print("densest", f"{np.max(early.density):.2f}", "at r =", f"{early.radius[np.argmax(early.density)]:.2f}")

@@ -189,13 +189,13 @@ def draw(measured, out=looks.OUT):
         [(name, *known.values()) for name, known in measured["known"].items()],
     )
     points = np.array([t for t in POINTS if t <= measured["surface"]["time"][-1]])
-    on_meridian = area_at(measured["curves"][WELL].history, points)
+    on_meridian, linear = (area_at(measured["curves"][name].history, points) for name in (WELL, LINEAR))
+    on_surface = area_at(measured["surface"], points)
     looks.table(
         "double well: binding areas [a0^2]",
         ["t", "meridian", "surface", "off", "linear"],
-        list(zip(points, on_meridian, on_surface := area_at(measured["surface"], points), on_surface / on_meridian - 1.0,
-                 area_at(measured["curves"][LINEAR].history, points))),
-    )  # fmt: skip
+        list(zip(points, on_meridian, on_surface, on_surface / on_meridian - 1.0, linear)),
+    )
     stripes = measured["cases"][STRIPES]
     views = measured["early"][STRIPES], measured["last"][STRIPES]
     looks.table(

@@ -1,4 +1,4 @@
-"""The balance of one step: its tangent against dense differences, where it is symmetric, and the banded one of a meridian."""
+"""The balance of one step: its tangent against dense differences, its symmetry, the banded one of a meridian."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ PRESSURE = 1.3
 
 
 def spread(model, thickness, frozen=False, ligand_ratio=8.0, seed=0):
-    """A shaken, stretched shape low above the plane with every force of (6), and its balance; no node on the plane."""
+    """A shaken, stretched shape low above the plane, no node on it, and its balance with every force of (6)."""
     x, body = sphere(model, 0.12, 0.2, 1.81, 1.05, "spiral", thickness)
     balance = balance_of(body, x, viscosity=35.0, traction=2.416, cutoff=0.4, frozen=frozen)
     adhesion = balance.adhesion._replace(ligand_ratio=ligand_ratio)

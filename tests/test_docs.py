@@ -1,4 +1,4 @@
-"""What the docs show is run word for word: the tour, and the examples of docs/extending.md, each in an empty directory."""
+"""What the docs show is run word for word: the tour, and the examples of docs/extending.md."""
 
 import re
 import runpy

@@ -1,4 +1,4 @@
-"""The door for Python users: one march behind every way in, a row before the first step, and every failure one of two."""
+"""The door for Python users: one march behind every way in, a row before the first step, two exceptions."""
 
 import csv
 import inspect
