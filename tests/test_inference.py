@@ -381,6 +381,14 @@ def test_a_number_told_too_vaguely_is_not_refuted(tmp_path, quadrature):
     assert vague._replace(larger=2.0).word == "calibrated"
 
 
+def test_a_claim_that_is_a_number_under_one_reading_and_an_order_under_another(tmp_path, quadrature):
+    data = [FINAL, EARLY, number("both", "final(one)", 0.6, 0.02, when={"way": "a"}),
+            {"claim": "both", "value": "final(one)", "below": 0.7, "when": {"way": "b"}}]  # fmt: skip
+    _, verdicts = verdicts_of(tmp_path, data, readings={"way": ["a", "b"]})
+    assert verdicts["both"].by_reading["way", "b"] > 0.99
+    assert 0.9 < verdicts["both"].tail <= 1.0
+
+
 def test_a_second_print_of_the_same_is_predicted_by_the_first(tmp_path, quadrature):
     same = [number(name, "final(one)", 0.6, 0.006) for name in ("first", "second", "third")]
     _, verdicts = verdicts_of(tmp_path, [*same, EARLY, {"claim": "false", "value": "final(one)", "above": [0.7, 0.8]}], slip=0.5)

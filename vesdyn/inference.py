@@ -295,6 +295,8 @@ def judge(likelihood, numbers_at, claim, posterior, seed=0):
         """
         total, judged = 0.0, likelihood.below if below else likelihood.agreement
         for k, combination in enumerate(inference.combinations):
+            if not weights[k].any():
+                continue
             found = [judged(change(term), likelihood.errors[i], numbers).mean(axis=0)
                      for i, term in terms if term.when.items() <= combination.items()]  # fmt: skip
             total += np.sum(weights[k] * np.mean(found, axis=0))
@@ -324,10 +326,14 @@ def judge(likelihood, numbers_at, claim, posterior, seed=0):
                   likelihood.agreement(t, likelihood.errors[i], numbers)) for i, t in terms]  # fmt: skip
         by_measure = tuple(float(p) for p in sum((found * w).sum(axis=1) for w, found in parts) / weights.sum())
     found = probability(weights)
-    tail = found
-    if first.printed is not None and first.legend is None:
-        lower = probability(weights, below=True)
-        tail = 2.0 * min(lower, 1.0 - lower)
+    numbers_count = np.array([any(t.printed is not None and t.legend is None and t.when.items() <= c.items() for _, t in terms)
+                              for c in inference.combinations])  # fmt: skip
+    tail = 0.0
+    for is_number in (True, False):
+        share = weights * (numbers_count == is_number)[:, None]
+        if share.sum() > 0.0:
+            part = probability(share, below=is_number)
+            tail += share.sum() * (2.0 * min(part, 1.0 - part) if is_number else part)
     volumes = [np.sqrt(max(np.linalg.det(some.covariance()), _TINY)) for some in (rest, posterior)]
     wider = dict(zip(inference.unknowns, rest.widths() / posterior.widths()))
     return Verdict(claim, first.says, found, by_reading, by_threshold, by_unknown, by_measure, wider,
