@@ -273,7 +273,9 @@ def test_killed_batch_goes_on_to_the_same_bits_and_repeats_nothing(eight, tmp_pa
         assert file.name != "case.yaml" or file.stat().st_mtime_ns == changed
 
 
-@pytest.mark.parametrize("number, whole_group", [(signal.SIGINT, True), (signal.SIGTERM, False)])
+@pytest.mark.parametrize(
+    "number, whole_group", [(signal.SIGINT, True), pytest.param(signal.SIGTERM, False, marks=pytest.mark.verify)]
+)
 def test_interrupted_batch_stores_checkpoints_and_leaves_no_process(eight, tmp_path, number, whole_group):
     out = tmp_path / "runs"
     process = start(command(eight, out))
@@ -409,6 +411,7 @@ def cluster():
             yield client
 
 
+@pytest.mark.verify
 def test_killed_worker_of_a_cluster_loses_nothing(eight, tmp_path, cluster):
     out, killed = tmp_path / "runs", []
 

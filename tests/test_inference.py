@@ -446,6 +446,7 @@ def test_a_run_that_fails_leaves_a_gap(tmp_path, monkeypatch):
     assert np.isfinite(table[0, 0]) and np.isnan(table[1, 0])
 
 
+@pytest.mark.verify
 def test_the_command_on_tiny_runs_twice(tmp_path, monkeypatch, capsys, quadrature):
     monkeypatch.chdir(tmp_path)
     inference_of(tmp_path, [number("front", "at(one, 0.02, contact_radius)", 0.25, 0.005)],

@@ -164,6 +164,7 @@ def test_real_worker_with_a_changed_line_is_refused(tmp_path, capfd):
 
 
 @pytest.mark.fault("n3")
+@pytest.mark.verify
 def test_mesh_and_step_that_cannot_keep_the_wish_are_told_before_and_after(tmp_path):
     keys = {"name": "a", "model": "axisymmetric", "mesh": {"front_edge": 0.02, "far_edge": 0.05}, "time": {"end": 0.02, "step": 0.004}}
     wanting = Case.model_validate(keys | {"accuracy": 0.001, "output": {"frames": ()}})

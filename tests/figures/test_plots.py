@@ -121,6 +121,7 @@ def tiny_inference(tmp_path, monkeypatch):
     return tmp_path / "tiny.yaml"
 
 
+@pytest.mark.verify
 def test_calibration_tells_and_draws_an_inference(study_of, tmp_path, tiny_inference):
     import calibration
 
@@ -134,6 +135,7 @@ def test_calibration_tells_and_draws_an_inference(study_of, tmp_path, tiny_infer
     assert all(f"## {title}" in report for title in ("Unknowns", "With unknowns held", "Without the emulator", "Time"))
 
 
+@pytest.mark.verify
 def test_claims_have_a_row_each(study_of, tmp_path, monkeypatch, tiny_inference):
     import claims
 

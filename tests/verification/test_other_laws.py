@@ -121,6 +121,7 @@ SCENES = {
     "model, edge, error",
     [("axisymmetric", 0.005, 0.004), ("surface", 0.03, 0.04), pytest.param("surface", 0.015, 0.012, marks=pytest.mark.verify)],
 )
+@pytest.mark.verify
 def test_static_state(scene, model, edge, error):
     """Pressure and height to a tenth of the error allowed the contact radius, which the mesh reads worst."""
     traction = 2.0
