@@ -20,8 +20,9 @@ faults: $(READY)
 	$(VENV)/bin/python -m pytest -q tests/faults -p no:xdist
 	$(VENV)/bin/python tests/faults/table.py docs/faults.md
 
+# Those of tests/faults belong to make faults.
 verify: $(READY)
-	$(VENV)/bin/python -m pytest -m verify -n 2
+	$(VENV)/bin/python -m pytest -m verify -n 2 --ignore=tests/faults
 
 # All figures of the paper, or one script of plots/: make figure3, make accuracy. JOBS=N limits the runs side by side.
 figures: $(FIGURES)
