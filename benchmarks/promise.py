@@ -13,12 +13,13 @@ computed by these very sources, is not computed again.
 
 import argparse
 import csv
+import multiprocessing
 import os
+import resource
 import signal
 import time
 import warnings
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
 from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # the systems are banded and small
@@ -60,6 +61,7 @@ BEFORE_FOLD = 0.8  # of the time at which a scout folds: the end of a scene that
 LATEST = 300.0  # [a0^2/D] per 1 + slowness: the scout's own end
 SECONDS = 60.0  # of CPU for a level
 QUANTITIES = ("binding_area", "contact_radius", "pressure", "density_max", "density_min")
+FORK = multiprocessing.get_context("fork")  # kernels that are loaded need not be loaded again
 BELIEVED = "area_error"  # column of the error that a run believes to have
 FIELDS = "scene level sources status cause seconds steps nodes edge stated warned end".split()
 
@@ -133,26 +135,6 @@ def axes(scene):
 # Runs ----------------------------------------------------------------------------------------------------
 
 
-class OutOfTimeError(Exception):
-    """The CPU time of a level is spent."""
-
-
-@contextmanager
-def cpu_limit(seconds):
-    """Raise OutOfTimeError in the block once it has used so many ``seconds`` of CPU."""
-
-    def stop(*_):
-        raise OutOfTimeError
-
-    before = signal.signal(signal.SIGVTALRM, stop)
-    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
-        signal.signal(signal.SIGVTALRM, before)
-
-
 def level_of(wish):
     return f"{100 * wish:g} %"
 
@@ -174,26 +156,50 @@ def compute(scene, seconds, known):
 
 
 def run(scene, level, work, seconds):
-    """Do ``work`` within so many ``seconds`` of CPU; append and return its row."""
+    """Do ``work`` in a process of its own within so many ``seconds`` of CPU; append and return its row."""
     row = dict.fromkeys(FIELDS, "") | {"scene": scene["scene"], "level": level, "sources": sources_hash()[:12]}
-    began = time.process_time()
+    here, there = FORK.Pipe(duplex=False)
+    worker = FORK.Process(target=send, args=(there, work, seconds))
+    began = children_time()
+    worker.start()
+    there.close()
+    curve = None
     try:
-        with warnings.catch_warnings(record=True) as told, cpu_limit(seconds):
-            warnings.simplefilter("always")
-            for part in work():  # what is known so far, and at last the curve
-                curve = part.pop("curve", None)
-                row |= part
-        row["status"] = "finished"
-        if curve is not None:
-            np.savez_compressed(RUNS / "curves" / f"{scene['scene']}-{level.replace(' %', '')}.npz", **curve)
-        row["warned"] = row["warned"] or "; ".join(str(w.message) for w in told)
-    except OutOfTimeError:
-        row |= {"status": "failed", "cause": f"not done after {seconds:g} s of CPU"}
-    except (CaseError, RunError) as failure:
-        row |= {"status": "failed", "cause": " ".join(str(failure).split())}
-    row["seconds"] = f"{time.process_time() - began:.2f}"
+        while True:  # what is known so far, and at last the curve
+            part = here.recv()
+            curve = part.pop("curve", curve)
+            row |= part
+    except EOFError:
+        worker.join()
+    row["seconds"] = f"{children_time() - began:.2f}"
+    if curve is not None:
+        np.savez_compressed(RUNS / "curves" / f"{scene['scene']}-{level.replace(' %', '')}.npz", **curve)
+    if not row["status"]:
+        spent = worker.exitcode in (-signal.SIGXCPU, -signal.SIGKILL)
+        why = f"not done after {seconds:g} s of CPU" if spent else f"ended by signal {-(worker.exitcode or 0)}"
+        row |= {"status": "failed", "cause": why}
     append(row)
     return row
+
+
+def send(pipe, work, seconds):
+    """Do ``work`` and send its parts through ``pipe``; the system ends the process after so many ``seconds`` of CPU."""
+    limit = int(np.ceil(time.process_time() + seconds))
+    resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what is doubtful stands in the row
+            for part in work():
+                pipe.send(part)
+        pipe.send({"status": "finished"})
+    except (CaseError, RunError) as failure:
+        pipe.send({"status": "failed", "cause": " ".join(str(failure).split())})
+
+
+def children_time():
+    """CPU time [s] of the processes that this one has waited for."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def append(row):

@@ -9,8 +9,9 @@ iteration solves
 for the free coordinates. A node on the plane whose load presses it down is held; one that would pass the plane lands
 on it; one that is pulled off is free again in the next iteration. Neighbouring nodes share forces at most two apart, so
 K has five bands on either side; it is differenced, every fifth node at once. A step is halved while it would turn an
-element over or raise the residual; where that does not help, or leads to a balance of higher potential than the start,
-the relaxation (`vesdyn.relaxation`) takes over.
+element over or raise the residual. Where that does not help, or leads to a balance of higher potential than the start,
+steps with more drag go down the potential (`descend`); where those do not arrive the relaxation
+(`vesdyn.relaxation`) takes over.
 """
 import numpy as np
 from scipy.linalg import LinAlgError, solve_banded
@@ -28,6 +29,8 @@ _ITERATIONS = 40
 _HALVINGS = 12
 _ROUNDING = 1e-12  # of the potential: what counts as none
 _NUDGE = 1e-6  # of the distance to the neighbours: displacement of the differences
+_DESCENTS = 200  # steps downhill where Newton's own do not lead to a balance
+_MORE_DRAG, _LESS_DRAG = 6.0, 0.3  # factors on the drag that is added, after a step that fails and one that succeeds
 _LONGEST_MOVE = 0.5  # of the shorter neighbouring segment: longer moves may turn it over
 
 
@@ -63,7 +66,41 @@ def newton(balance, starts, pressure, limits, scratch, pause=lambda: None):
         else:
             break
         x, pressure, size, missing = trial, pressure + share * dp, new_size, new_missing
-    return relaxation.viscous(balance, starts, guess, limits, scratch, pause)
+    found = descend(balance, starts[0], guess, limits, scratch, band, pause)
+    return found or relaxation.viscous(balance, starts, guess, limits, scratch, pause)
+
+
+def descend(balance, start, pressure, limits, scratch, band, pause=lambda: None):
+    """Go down the potential from ``start`` by Newton's steps with as much more drag as it takes; None where that fails.
+
+    Where the membrane snaps to another shape, or many nodes land at once, the tangent is not positive and Newton's
+    step leads anywhere. With enough drag added to it, mu A0 (x - x_now), it leads downhill: mu is raised until the
+    potential falls and lowered after each step that does. This is implicit Euler in a pseudo-time with steps of 1/mu.
+    """
+    x, pressure = start.copy(), float(pressure)
+    size, missing = residual(balance, x, pressure, scratch)
+    mu = size * force_scale(balance) / np.min(np.linalg.norm(np.diff(x, axis=0), axis=1))
+    for iteration in range(_DESCENTS):
+        if size <= limits.tolerance and abs(missing) <= VOLUME_TOLERANCE:
+            return Solution(x, CONVERGED, _ITERATIONS + iteration, size, float(pressure))
+        pause()
+        step = _step(balance, x, pressure, missing, scratch, band, mu)
+        if step is None:
+            mu *= _MORE_DRAG
+            continue
+        dx, dp = step
+        share = min(1.0, _LONGEST_MOVE / largest_move(x, dx))
+        trial = x.copy()
+        move(trial, share * dx)
+        new_pressure = pressure + share * dp
+        new_size, new_missing = residual(balance, trial, new_pressure, scratch)
+        falls = np.isfinite(new_size) and is_lower(balance, trial, x, new_pressure, scratch)
+        if falls or new_size + abs(new_missing) < size + abs(missing):
+            x, pressure, size, missing = trial, new_pressure, new_size, new_missing
+            mu *= _LESS_DRAG
+        else:
+            mu *= _MORE_DRAG
+    return None
 
 
 def is_lower(balance, x, start, pressure, scratch):
@@ -76,12 +113,13 @@ def is_lower(balance, x, start, pressure, scratch):
     return here <= before + _ROUNDING * abs(before)
 
 
-def _step(balance, x, pressure, missing, scratch, band):
-    """Changes of x (n_nodes, 2) and p; None where the tangent is singular."""
+def _step(balance, x, pressure, missing, scratch, band, more_drag=0.0):
+    """Changes of x (n_nodes, 2) and p, under ``more_drag`` [kT/a0^4]; None where the tangent is singular."""
     set_forces(balance, x, scratch)
     force = scratch.nodal[:, :2] + pressure * scratch.nodal[:, 2:4]
     gradient = scratch.nodal[:, 2:4].copy()
     set_tangent(balance, x, pressure, scratch, band)
+    band[BANDS] += more_drag * np.repeat(balance.body.reference_area, 2)
     fix_held(x, force, gradient, band)
     try:
         a, b = solve_banded((BANDS, BANDS), band, np.stack([force.ravel(), gradient.ravel()], axis=1)).T
