@@ -108,8 +108,20 @@ def test_newton_hands_over_to_the_relaxation_where_it_does_not_converge(why, mon
         monkeypatch.setattr(newton, "_step", lambda balance, x, *rest: (np.full_like(x, 1e-3), 0.0))
     else:
         monkeypatch.setattr(newton, "_ITERATIONS", 1)
+        monkeypatch.setattr(newton, "_DESCENTS", 1)
     found = solved(balance, (x,), TOLERANCE, "newton")
     assert np.array_equal(found.x, expected.x) and found[1:] == expected[1:]
+
+
+def test_newton_descends_where_its_own_steps_do_not_lead_to_a_balance(monkeypatch):
+    """From the sphere that only touches, without Newton's own steps: the balance that the relaxation finds."""
+    balance, x = spreading_balance("axisymmetric")
+    expected = solved(balance, (x,), TOLERANCE)
+    monkeypatch.setattr(newton, "_ITERATIONS", 0)
+    monkeypatch.setattr(newton.relaxation, "viscous", None)  # would raise
+    found = solved(balance, (x,), TOLERANCE, "newton")
+    assert found.status == CONVERGED and found.iterations < 60
+    assert np.allclose(found.x, expected.x, atol=1e-5)
 
 
 def test_newton_needs_a_meridian():
