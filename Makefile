@@ -5,7 +5,7 @@ READY := $(VENV)/ready
 SCRIPTS := $(filter-out looks,$(sort $(patsubst plots/%.py,%,$(wildcard plots/*.py))))
 FIGURES := $(filter figure%,$(SCRIPTS))
 
-.PHONY: run test verify faults figures $(SCRIPTS) clean
+.PHONY: run test verify faults figures promise $(SCRIPTS) clean
 .NOTPARALLEL:
 
 run: $(READY)
@@ -23,6 +23,10 @@ faults: $(READY)
 # Those of tests/faults belong to make faults.
 verify: $(READY)
 	$(VENV)/bin/python -m pytest -m verify -n 2 --ignore=tests/faults
+
+# Random scenes against references: docs/promise.md. What is in runs/promise by the same sources is not computed again.
+promise: $(READY)
+	$(VENV)/bin/python benchmarks/promise.py $(if $(JOBS),--jobs $(JOBS)) $(if $(LIMIT),--limit $(LIMIT))
 
 # All figures of the paper, or one script of plots/: make figure3, make accuracy. JOBS=N limits the runs side by side.
 figures: $(FIGURES)

@@ -96,9 +96,9 @@ def load_sweep(path, overrides=(), **changes):
 
 
 def shipped_case(name):
-    """Return the path of the case that comes with vesdyn under ``name``, such as "typical"; None if there is none."""
+    """Return the path of the case that comes with vesdyn as ``name``, "typical" or "real/red-cell"; None if none does."""
     name = str(name).removesuffix(".yaml")
-    if re.fullmatch(r"[\w.=-]+", name):
+    if re.fullmatch(r"(real/)?[\w.=-]+", name):
         for folder in SHIPPED:
             if (file := folder / f"{name}.yaml").is_file():
                 return file
@@ -121,7 +121,7 @@ def _read(path, overrides, changes):
     if not isinstance(path, (str, os.PathLike)):
         raise CaseError(f"{shown(path)}: is not a path; give that of a case file or the name of a shipped case.")
     path = Path(os.fsdecode(path))
-    if len(path.parts) == 1 and not path.is_file() and (shipped := shipped_case(path)):
+    if len(path.parts) <= 2 and not path.is_file() and (shipped := shipped_case(path)):
         path = shipped
     files = _files(path, [])
     overrides = [overrides] if isinstance(overrides, str) else list(overrides)

@@ -43,6 +43,7 @@ TINY = {  # script: changes made to each run, arguments of measure()
         "mesh_step": {"time.step": 0.002, "time.end": 0.02}, "finest": {**COARSE, "mesh.front_edge": 0.04},
         "times": (0.008, 0.02, 0.02),
     }),
+    "real": (COARSE_AND_BRIEF, {"scenes": {"typical": ("typical case", 3.1, 1000.0)}}),
     "speed": ({}, {"vertices": (500, 800), "iterations": 20, "repeats": 3, "end": 0.004, "thicknesses": (0.0, 0.01)}),
     "staircase": ({}, {"edges": {"axisymmetric": (0.05, 0.04), "surface": (0.07, 0.05)}, "end": 0.03}),
     "thickness": (COARSE_AND_BRIEF, {
