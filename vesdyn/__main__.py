@@ -2,7 +2,10 @@
 
 import sys
 
-from vesdyn.cli import main
-
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        from vesdyn.cli import main
+
+        sys.exit(main())
+    except KeyboardInterrupt:  # while the command line itself was read
+        sys.exit(130)

@@ -19,19 +19,23 @@ from vesdyn import interrupts
 
 def main(argv=None):
     """Carry out the command line ``argv`` (by default that of the process); return the exit status."""
-    if argv is None:
-        interrupts.open_standard_streams()
-        interrupts.watch()
     try:
+        if argv is None:
+            interrupts.open_standard_streams()
+            interrupts.watch()
         status = _obey(_parser().parse_args(argv))
         sys.stdout.flush()
-    except KeyboardInterrupt:
-        return 130
-    except BrokenPipeError:  # whoever read our words has ended
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-    except OSError as error:
-        return _refuse(f"standard output: {error.strerror}.", 1)
+    except (KeyboardInterrupt, Exception) as error:
+        if interrupts.came() or isinstance(error, KeyboardInterrupt):  # a library may make its own error of it
+            return interrupts.end() if argv is None else 130
+        if isinstance(error, BrokenPipeError):  # whoever read our words has ended
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 0
+        if isinstance(error, OSError):
+            return _refuse(f"standard output: {error.strerror}.", 1)
+        raise
+    if status == 130 and argv is None:
+        interrupts.end()
     return status
 
 

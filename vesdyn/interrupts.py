@@ -6,6 +6,7 @@ ended at any moment: it goes on from its last checkpoint.
 """
 
 import _thread
+import atexit
 import os
 import signal
 import sys
@@ -15,7 +16,29 @@ from contextlib import contextmanager
 PATIENCE = 1.5  # with a loop that does not ask [s]
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
+_came = threading.Event()  # an interrupt has been raised; a library may turn it into an error of its own
 _heard = threading.Event()  # the loop has asked since the signal, so `watch` may leave the rest to it
+
+
+def _raise(*_):
+    _came.set()
+    raise KeyboardInterrupt
+
+
+def came():
+    """True once an interrupt has been raised in this process: what fails after it fails because of it."""
+    return _came.is_set()
+
+
+def end():
+    """End the process with status 130 after what is registered for its end; for the command line.
+
+    The interpreter would end it by SIGINT where the interrupt came while a library in C called Python.
+    """
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+    atexit._run_exitfuncs()
+    os._exit(130)
 
 
 class Asked:
@@ -33,7 +56,7 @@ class Asked:
     def _receive(self, number, _):
         if self._name:
             _heard.set()
-            raise KeyboardInterrupt
+            _raise()
         self._timer = threading.Timer(PATIENCE, _thread.interrupt_main, (number,))
         self._timer.daemon = True
         self._timer.start()
@@ -66,7 +89,10 @@ def watch():
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
     signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for number in SIGNALS:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, _raise)
+    sys.unraisablehook = _raise_again
 
     def end_when_deaf():
         wanted = {int(number) for number in SIGNALS}
@@ -83,6 +109,14 @@ def watch():
                 os._exit(130)
 
     threading.Thread(target=end_when_deaf, daemon=True).start()
+
+
+def _raise_again(lost):
+    """Raise an interrupt anew that came inside a callback, where Python drops it; be silent about what follows from it."""
+    if isinstance(lost.exc_value, KeyboardInterrupt):
+        threading.Timer(0.05, _thread.interrupt_main).start()  # not in this hook, where it would be lost too
+    elif not _came.is_set():
+        sys.__unraisablehook__(lost)
 
 
 def on_terminal(stream):
