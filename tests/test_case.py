@@ -308,7 +308,7 @@ OTHER = {  # another value of each key
     "ligands.pattern": "squares", "ligands.width": 0.2, "ligands.period": 0.5, "ligands.elsewhere": 0.1,
     "ligands.blur": 0.1, "receptors.mobility": 1, "receptors.drift_number": 4, "receptors.frozen": True,
     "perturbation.mode": 3, "perturbation.amplitude": 0.2, "perturbation.front": 0.01, "perturbation.at": 0.2,
-    "perturbation.seed": 1, "mesh.front_edge": 0.02, "mesh.far_edge": 0.06, "mesh.layout": "rings",
+    "perturbation.seed": 1, "perturbation.restart": True, "mesh.front_edge": 0.02, "mesh.far_edge": 0.06, "mesh.layout": "rings",
     "mesh.axes": [2, 1], "mesh.fine_angle": 90, "mesh.difficulty": 2,
     "time.end": 1.3, "time.step": "auto", "time.order": 1, "time.stop_when_steady": False,
     "output.frames": [0.1], "output.checkpoint_minutes": 1, "solver.tolerance": 1e-3, "solver.damping": "kinetic",
@@ -335,6 +335,8 @@ def test_the_hash_is_of_what_decides_the_numbers(key):
         assert meridian.changed(**{key: "newton"}).hash != meridian.hash
         return
     busy = case(**{k: v for k, v in BUSY.items() if (k, key) != ("perturbation.amplitude", "receptors.frozen")})
+    if key == "perturbation.restart":
+        busy = busy.changed(**{"perturbation.front": 0.0})
     other = {key: OTHER[key]} | ({"time.step": 0.001} if key == "time.step" else {})
     assert (busy.changed(**other).hash == busy.hash) == (key in UNDECISIVE)
     assert (case(**{key: OTHER[key]} if key != "name" else {}).hash == case().hash) == (

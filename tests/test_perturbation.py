@@ -80,7 +80,7 @@ def test_shares_are_uniform_and_follow_the_seed():
 
 def test_motion_begins_anew_and_receptors_stay(spread):
     sim = Spreading(SOFT)
-    displaced = sim.displace_front(spread.state)
+    displaced = sim.restart(spread.state)
     assert np.array_equal(displaced.number, spread.state.number)
     assert displaced.density.min() > 0.0
     moment = Moment(sim, next(march(sim, spread.state)))
@@ -102,6 +102,20 @@ def test_run_goes_on_smoothly_and_differs_from_its_control_after_the_time_only(t
     assert np.array_equal(perturbed["binding_area"][before], control["binding_area"][control["time"] <= 0.02])
     assert 0.0 < abs(perturbed["binding_area"][-1] / control["binding_area"][-1] - 1.0) < 0.02
     assert np.diff(perturbed["binding_area"]).min() > -0.005
+
+
+@pytest.mark.parametrize("model", ["surface", "axisymmetric"])
+def test_control_begins_anew_with_nothing_displaced(model):
+    case = changed(SOFT, perturbation={"front": 0.0, "restart": True}).model_copy(update={"model": model})
+    anew, through = (
+        [(state.time, state.steps, state.x) for state in march(Spreading(changed(case, perturbation={"restart": restart})))]
+        for restart in (True, False)
+    )
+    after = next(k for k, (time, _, _) in enumerate(anew) if time > case.perturbation.at)
+    assert [time for time, _, _ in anew] == [time for time, _, _ in through]
+    assert anew[after][1] == 1 and through[after][1] == after + 1  # counts from the beginning of the motion
+    assert np.array_equal(anew[after - 1][2], through[after - 1][2])
+    assert 0.0 < np.abs(anew[-1][2] - through[-1][2]).max() < 0.01  # a step of order 1 among those of order 2; an edge is 0.05
 
 
 @pytest.fixture(scope="module")

@@ -195,6 +195,13 @@ class Perturbation(_Section):
     )
     at: Instant = Field(0.14, description="time of that displacement [a0^2/D]")
     seed: int = Field(0, ge=0, le=2**63 - 1, description="seed of its random numbers")
+    restart: bool = Field(
+        False, description="whether the motion begins anew at that time, as it does where the front is displaced: a control"
+    )
+
+    @property
+    def restarts(self):
+        return self.restart or self.front > 0
 
     @property
     def breaks_axis(self):
@@ -433,7 +440,7 @@ class Case(_Section):
 
     def _times(self, problems):
         end, step, at = self.time.end, self.time.step, self.perturbation.at
-        frames, displaced = self.output.frames, self.perturbation.front > 0
+        frames, restarts = self.output.frames, self.perturbation.restarts
         end_given, step_given = self.given("time.end"), self.given("time.step")
         at_given, frames_given = self.given("perturbation.at"), self.given("output.frames")
         if not end_given:
@@ -442,7 +449,7 @@ class Case(_Section):
                 end,
                 *(frames if frames_given else ()),
                 step if step_given and step != "auto" else 0.0,
-                at + after if at_given and displaced else 0.0,
+                at + after if at_given and restarts else 0.0,
             )
         if not step_given:
             step = "auto" if self.on_meridian else min(step, end)
@@ -453,13 +460,13 @@ class Case(_Section):
                 problems.append(
                     f"time.step: {number(step)} is longer than the whole run, end = {number(end)}; shorten it."
                 )
-        if displaced and (at >= end or same_time(at, end)):
+        if restarts and (at >= end or same_time(at, end)):
             if not at_given:
                 at = end / 2
             else:
                 problems.append(
                     f"perturbation.at: {number(at)} is not before the end of the run, {number(end)};"
-                    " set it earlier, raise time.end, or set front to 0."
+                    f" set it earlier, raise time.end, or set {'front to 0' if self.perturbation.front > 0 else 'restart to false'}."
                 )
         if not frames_given:
             frames = tuple(t for t in frames if t <= end or same_time(t, end))
@@ -474,7 +481,7 @@ class Case(_Section):
             problems.append(
                 f"output.frames: {number(b)} after {number(a)} does not increase; sort the times and drop repetitions."
             )
-        frames = _joined_times(frames, (end, at) if displaced else (end,))
+        frames = _joined_times(frames, (end, at) if restarts else (end,))
         if any(t > end for t in frames):
             problems.append(
                 f"output.frames: {number(max(frames))} is after the end of the run, {number(end)};"
@@ -562,9 +569,9 @@ class Case(_Section):
 
     @property
     def marks(self):
-        """Times the steps must meet: the frames, the displacement of the front and the end [a0^2/D]."""
+        """Times the steps must meet: the frames, the end, and when the motion begins anew [a0^2/D]."""
         times = {*self.output.frames, self.time.end}
-        return tuple(sorted(times | ({self.perturbation.at} if self.perturbation.front > 0 else set())))
+        return tuple(sorted(times | ({self.perturbation.at} if self.perturbation.restarts else set())))
 
     @property
     def _is_all_fixed(self):
@@ -585,7 +592,11 @@ class Case(_Section):
         if perturbation.amplitude == 0:
             idle["perturbation.mode"] = "perturbation.amplitude is 0"
         if perturbation.front == 0:
-            idle |= dict.fromkeys(("perturbation.at", "perturbation.seed"), "perturbation.front is 0")
+            idle["perturbation.seed"] = "perturbation.front is 0"
+        else:
+            idle["perturbation.restart"] = "the motion begins anew with any displacement of the front"
+        if not perturbation.restarts:
+            idle["perturbation.at"] = "perturbation.front is 0 and restart false"
         if adhesion.law == "linear":
             idle |= dict.fromkeys(("adhesion.well", "adhesion.barrier", "adhesion.tail"), "adhesion.law is linear")
         if self.ligands.pattern == "even":
@@ -656,8 +667,9 @@ class Case(_Section):
                 "perturbation.front: without adhesion.traction the membrane is not bound, so there may be no front to"
                 " displace; set it to 0 or give a traction."
             )
+        agrees = {"time.stop_when_steady": not self.time.stop_when_steady, "perturbation.restart": self.perturbation.restart}
         for key, why in self.idle().items():
-            if self.given(key) and not (key == "time.stop_when_steady" and not self.time.stop_when_steady):
+            if self.given(key) and not agrees.get(key, False):
                 doubts.append(f"{key}: is given and decides nothing here, since {why}.")
         return doubts
 

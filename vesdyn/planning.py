@@ -79,7 +79,7 @@ def scout(case, front_edge, fine_angle):
     coarse = case.model_copy(
         update={
             "model": "axisymmetric",
-            "perturbation": case.perturbation.model_copy(update={"amplitude": 0.0, "front": 0.0}),
+            "perturbation": case.perturbation.model_copy(update={"amplitude": 0.0, "front": 0.0, "restart": False}),
             "accuracy": SCOUT_ACCURACY,
             "ligands": case.ligands.model_copy(update={"pattern": "even"}) if case.ligands.breaks_axis else case.ligands,
             "mesh": case.mesh.model_copy(

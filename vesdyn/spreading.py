@@ -203,15 +203,15 @@ class Spreading:
             clipped_edges=clipped,
         )
 
-    def displace_front(self, state):
-        """The `State` with the contact front displaced at random, as the case's ``perturbation`` says (Fig. 9).
+    def restart(self, state):
+        """The `State` whose motion begins anew, its front displaced at random where the ``perturbation`` says so (Fig. 9).
 
-        Time stands still and the nodes keep their receptors. The motion starts anew, with steps of order 1, since a
-        rate across the leap would mean nothing.
+        Time stands still and the nodes keep their receptors. Steps are of order 1 again, since a rate across the
+        leap would mean nothing.
         """
-        perturbation = self.case.perturbation
-        rng = np.random.default_rng(perturbation.seed)
-        x = displace_front(state.x, self.body.edges, perturbation.front, rng)
+        perturbation, x = self.case.perturbation, state.x
+        if perturbation.front > 0:
+            x = displace_front(x, self.body.edges, perturbation.front, np.random.default_rng(perturbation.seed))
         area, volume = self.measure(x)
         return state._replace(x=x, x_before=x, number_before=state.number, area=area, volume=volume, steps=0)
 

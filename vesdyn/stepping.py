@@ -60,18 +60,16 @@ def _check_fold(sim, state):
 def is_over(sim, state):
     """True where the time of the case is up, or nothing moves any more nor will be moved."""
     case = sim.case
-    if case.perturbation.front > 0 and state.time <= case.perturbation.at:
+    if case.perturbation.restarts and state.time <= case.perturbation.at:
         return False
     steady = case.time.step == "auto" and case.time.stop_when_steady and is_steady(sim, state)
     return steady or state.time == case.time.end
 
 
 def _with_event(sim, state):
-    """``state``, with the front displaced if that is due: no part of the state that was yielded at that time."""
+    """``state``, its motion begun anew if that is due: no part of the state that was yielded at that time."""
     perturbation = sim.case.perturbation
-    if perturbation.front > 0 and state.time == perturbation.at:
-        return sim.displace_front(state)
-    return state
+    return sim.restart(state) if perturbation.restarts and state.time == perturbation.at else state
 
 
 def step(sim, state, mark, pause=lambda: None):
