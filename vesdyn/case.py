@@ -41,6 +41,10 @@ SAME_TIME = 1e-9  # relative: times no further apart are one
 _LEAST = 1e-15  # what is neither 0 nor as large as this is a slip, and its products underflow
 _NODES_A_WAVE = 4, 10  # of a perturbation about the axis: that the mesh must have, and should have
 _MANY_STEPS = 1_000_000
+_FLATTEST, _LONGEST = 0.1, 10.0  # equatorial over polar axis of a start shape
+_THICK = 0.1  # [a0]
+_LONG_STEP = 0.004  # [a0^2/D]
+_FEEBLE = 1e-3  # adhesion energy over shear modulus
 
 # The keys ------------------------------------------------------------------------------------------------
 
@@ -418,8 +422,8 @@ class Case(_Section):
     def _start_shape(self, problems):
         mesh, digest = self.mesh, self.mesh.sha256
         ratio = mesh.axes[0] / mesh.axes[1]
-        if not 0.1 <= ratio <= 10.0:
-            problems.append(f"mesh.axes: are as {number(ratio)} to 1, and must be as 0.1 to 10; take a rounder shape.")
+        if not _FLATTEST <= ratio <= _LONGEST:
+            problems.append(f"mesh.axes: are as {number(ratio)} to 1, and must be as {_FLATTEST:g} to {_LONGEST:g}; take a rounder shape.")
         if mesh.file is None:
             if digest is not None:
                 problems.append("mesh.sha256: is that of a file, and mesh.file is not given; leave it out.")
@@ -621,19 +625,19 @@ class Case(_Section):
         """Return a sentence for each thing that can be computed but is doubtful, or is given and decides nothing."""
         membrane, adhesion, mesh, step = self.membrane, self.adhesion, self.mesh, self.time.step
         doubts = []
-        if membrane.thickness > 0.1:
+        if membrane.thickness > _THICK:
             doubts.append(
-                f"membrane.thickness: {membrane.thickness:g} is above 0.1, a fifth of the radius, where a thin shell is"
-                " a rough model."
+                f"membrane.thickness: {membrane.thickness:g} is above {_THICK:g}, a fifth of the radius, where a thin shell"
+                " is a rough model."
             )
         if mesh.front_edge != "auto" and mesh.file is None and adhesion.cutoff < 3 * mesh.front_edge:
             doubts.append(
                 f"adhesion.cutoff: {adhesion.cutoff:g} is shorter than three front edges ({3 * mesh.front_edge:g}),"
                 " so the traction is poorly resolved; refine mesh.front_edge."
             )
-        if step != "auto" and step > 0.004 and not self.receptors.frozen:
+        if step != "auto" and step > _LONG_STEP and not self.receptors.frozen:
             doubts.append(
-                f"time.step: {step:g} is above 0.004, where the error of the early binding area passes"
+                f"time.step: {step:g} is above {_LONG_STEP:g}, where the error of the early binding area passes"
                 " about 5 %; shorten it, or write `step: auto`."
             )
         if step != "auto" and self.time.end / step > _MANY_STEPS:
@@ -641,7 +645,7 @@ class Case(_Section):
                 f"time.step: {step:g} makes {self.time.end / step:.2g} steps up to the end, {self.time.end:g}; write"
                 " `step: auto` or end the run earlier."
             )
-        if adhesion.traction * adhesion.cutoff / 2 < 1e-3 * membrane.shear_modulus:
+        if adhesion.traction * adhesion.cutoff / 2 < _FEEBLE * membrane.shear_modulus:
             doubts.append(
                 "adhesion.traction: the adhesion energy traction x cutoff / 2 ="
                 f" {adhesion.traction * adhesion.cutoff / 2:g} is under a thousandth of the shear modulus,"

@@ -31,6 +31,9 @@ VOLUME = np.pi / 6.0  # [a0^3]
 FINE_ANGLE = np.radians(80.0)
 GROWTH = 0.25
 SECTORS = 6
+_SAMPLES = 20_001  # of a function along the meridian, between which it is linear
+_FADE = 6.0  # rows from a pole within which the scallops fade out
+_NEAR_CONTACT = 0.1  # [a0]
 _ROW = np.sqrt(3.0) / 2.0  # distance of rows of equilateral triangles, in edges
 
 
@@ -63,7 +66,7 @@ def profile(axes=(1.0, 1.0), volume=VOLUME, fine_angle=FINE_ANGLE):
     def angle_of(u):
         return a * ellipeinc(u, m) / radius
 
-    us = np.linspace(0.0, np.pi, 20_001)
+    us = np.linspace(0.0, np.pi, _SAMPLES)
     ts = angle_of(us)
 
     def parameter(t):
@@ -91,7 +94,7 @@ def profile(axes=(1.0, 1.0), volume=VOLUME, fine_angle=FINE_ANGLE):
 def spheroid_area(axes):
     """Area [a0^2] of the spheroid of volume `VOLUME` whose equatorial and polar axes are as ``axes``."""
     p = profile(axes)
-    t = np.linspace(0.0, np.pi, 20_001)
+    t = np.linspace(0.0, np.pi, _SAMPLES)
     return 2.0 * np.pi * p.radius**2 * float(np.trapezoid(p.across(t), t))
 
 
@@ -112,13 +115,13 @@ def _integral(density, arc):
 
 def _count_edges(p, front_edge, far_edge):
     """Meridian arc (fine samples) and the number of edges passed up to there."""
-    arc = np.linspace(0.0, np.pi * p.radius, 20_001)
+    arc = np.linspace(0.0, np.pi * p.radius, _SAMPLES)
     return arc, _integral(1.0 / edge_length(arc, p.fine * p.radius, front_edge, far_edge), arc)
 
 
 def _count_vertices(p, front_edge, far_edge):
     """Meridian arc (fine samples) and the number of vertices of equilateral triangles passed up to there."""
-    arc = np.linspace(0.0, np.pi * p.radius, 20_001)
+    arc = np.linspace(0.0, np.pi * p.radius, _SAMPLES)
     edge = edge_length(arc, p.fine * p.radius, front_edge, far_edge)
     return arc, _integral(2.0 * np.pi * p.radius * p.across(arc / p.radius) / (_ROW * edge**2), arc)
 
@@ -209,7 +212,7 @@ def _scalloped(p, front_edge, far_edge):
     polar, turn = p.angle(-z / p.radius), np.arctan2(y, x)
     wave = 2.0 * np.abs((turn * SECTORS / (2.0 * np.pi)) % 1.0 - 0.5) - 0.5  # triangle: all offsets equally often
     row = _ROW * edge_length(p.radius * polar, p.fine * p.radius, front_edge, far_edge) / p.radius
-    fade = np.minimum(1.0, polar / (6.0 * row)) * np.minimum(1.0, (np.pi - polar) / (6.0 * row))
+    fade = np.minimum(1.0, polar / (_FADE * row)) * np.minimum(1.0, (np.pi - polar) / (_FADE * row))
     polar = polar + wave * row * fade**2
 
     def turned(across, along):
@@ -335,7 +338,7 @@ def measured_edges(x, faces):
     """Mean edge length [a0] near the contact, below a tenth of a0, and the longest edge of all."""
     edges = np.unique(np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
     length, height = np.linalg.norm(x[edges[:, 0]] - x[edges[:, 1]], axis=1), x[edges, 2].min(axis=1)
-    return float(length[height < 0.1].mean()), float(length.max())
+    return float(length[height < _NEAR_CONTACT].mean()), float(length.max())
 
 
 def check_memory(nodes, each):

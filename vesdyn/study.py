@@ -38,6 +38,7 @@ FINER = 0.25  # accuracy wish of the second run of a curve / wish of the first
 START = 0.01  # errors are those after this time [a0^2/D]
 ON_MERIDIAN = {"model": "axisymmetric", "mesh.front_edge": "auto", "mesh.far_edge": "auto", "time.step": "auto"}
 UNCHANGED = MappingProxyType({})
+_APART = 1.1  # factor between the times whose areas give a local exponent
 _LONGEST_NAME = 90
 _WARM_UP = {
     "mesh.front_edge": 0.05, "mesh.far_edge": 0.1, "time.end": 0.008, "time.step": 0.001, "output.frames": (),
@@ -348,8 +349,8 @@ class Curve:
 
 
 def _local_exponent(history, times):
-    ahead, behind = (np.log(area_at(history, np.multiply(times, factor))) for factor in (1.1, 1.0 / 1.1))
-    return (ahead - behind) / (2.0 * np.log(1.1))
+    ahead, behind = (np.log(area_at(history, np.multiply(times, factor))) for factor in (_APART, 1.0 / _APART))
+    return (ahead - behind) / (2.0 * np.log(_APART))
 
 
 def common_times(curves, n=200):
