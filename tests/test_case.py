@@ -319,7 +319,7 @@ BUSY = {  # nothing idle in it
     "perturbation.front": 0.02, "time.step": "auto", "time.end": 1.2,
 }  # fmt: skip
 KEYS = [f"{section}.{key}" if key else section for section in SECTIONS for key in SECTIONS[section] or [""]]
-KEYS = [key for key in KEYS if key not in ("mesh.file", "mesh.sha256")]  # tests/test_start_shape.py
+KEYS = [key for key in KEYS if key not in ("mesh.file", "mesh.sha256") and not key.startswith("units.")]  # their own tests
 UNDECISIVE = {"name", "output.checkpoint_minutes", "solver.max_iterations"}
 IDLE_BY_DEFAULT = {
     "adhesion.well", "adhesion.barrier", "adhesion.tail", "ligands.width", "ligands.period", "ligands.elsewhere",

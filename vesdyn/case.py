@@ -34,6 +34,7 @@ from pydantic_core import PydanticCustomError
 from vesdyn import plain_yaml
 from vesdyn.budget import TOLERANCE_PER_ACCURACY
 from vesdyn.errors import CaseError
+from vesdyn import units
 from vesdyn.refusals import joined, number, printable, printable_path, refusals, shown, suggestion
 
 Auto = Literal["auto"]
@@ -44,6 +45,8 @@ _MANY_STEPS = 1_000_000
 _FLATTEST, _LONGEST = 0.1, 10.0  # equatorial over polar axis of a start shape
 _THICK = 0.1  # [a0]
 _LONG_STEP = 0.004  # [a0^2/D]
+_SOFTEST = 1e3  # adhesion energy over shear modulus: beyond, a number is one of SI
+_LATEST = 1e3  # end of a run, in times of diffusion and of drag: beyond, likewise
 _FEEBLE = 1e-3  # adhesion energy over shear modulus
 
 # The keys ------------------------------------------------------------------------------------------------
@@ -279,6 +282,13 @@ class Solver(_Section):
     )
 
 
+class Units(_Section):
+    diameter: str | None = Field(None, description="initial diameter a0, such as 10 um; null: no units of SI")
+    diffusivity: str | None = Field(None, description="diffusivity D of the receptors, such as 0.01 um^2/s")
+    temperature: str = Field("298 K", description="temperature T in kT")
+    receptor_density: str | None = Field(None, description="initial density c_r0 of the receptors, such as 1000/um^2")
+
+
 class Case(_Section):
     """Everything that decides what a run computes. Frozen, comparable, hashable, picklable.
 
@@ -298,7 +308,7 @@ class Case(_Section):
         "surface", description="body: surface (triangles), axisymmetric (meridian) or auto: the least that serves"
     )
     accuracy: float = Field(
-        0.01, ge=1e-4, le=0.2, description="wished relative error of the binding area after t = 0.01; 1% or 0.01"
+        0.01, ge=1e-4, le=0.2, description="wished relative error of the binding area once it has passed a tenth of its final value; 1% or 0.01"
     )
     membrane: Membrane = Membrane()
     adhesion: Adhesion = Adhesion()
@@ -312,6 +322,7 @@ class Case(_Section):
     time: Time = Time()
     output: Output = Output()
     solver: Solver = Solver()
+    units: Units = Units()
 
     def __init__(self, /, **keys):
         try:
@@ -337,8 +348,9 @@ class Case(_Section):
         return section in self.model_fields_set
 
     def given_keys(self):
-        """Return the keys that were given, as nested dicts of plain values that `Case` takes."""
-        return _nested({key: value for key, value in _flat(self.resolved()).items() if self.given(key)})
+        """Return the keys that were given, as nested dicts of plain values that `Case` takes; quantities as texts."""
+        flat = {key: value for key, value in _flat(self.resolved()).items() if self.given(key)}
+        return _nested(flat | self.quantities)
 
     def changed(self, **changes):
         """Return this case with ``changes``, dotted keys or nested dicts, over what was given; validated anew.
@@ -369,7 +381,9 @@ class Case(_Section):
         for key in SECTIONS:
             if SECTIONS[key]:
                 object.__setattr__(case, key, _marked(getattr(case, key), getattr(self, key).model_fields_set))
-        return _marked(case, self.model_fields_set)
+        marked = _marked(case, self.model_fields_set)
+        marked.__dict__["_given_quantities"] = self.quantities
+        return marked
 
     # What follows from what was given
 
@@ -382,6 +396,33 @@ class Case(_Section):
     def breaks_axis(self):
         """Whether the scene is not symmetric about z."""
         return self.perturbation.breaks_axis or self.ligands.breaks_axis or self.mesh.file is not None
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _with_quantities(cls, keys, validate):
+        """Take quantities for numbers, and keep how they were given."""
+        problems = []
+        keys = _in_model_units(keys, problems)
+        if problems:
+            raise ValueError("\n".join(problems))
+        case = validate(keys)
+        case.__dict__["_given_quantities"] = _quantities(keys)
+        return case
+
+    def get(self, key):
+        """The value of the dotted ``key``."""
+        section, _, inner = key.partition(".")
+        return getattr(getattr(self, section), inner) if inner else getattr(self, section)
+
+    @property
+    def quantities(self):
+        """What was given as quantities, text by dotted key; lists as they were given."""
+        return self.__dict__.get("_given_quantities", {})
+
+    @property
+    def scales(self):
+        """The `vesdyn.units.Scales` of the case; None where it gives none."""
+        return _scales(dict(self.units), [])
 
     @model_validator(mode="after")
     def _consistent(self):
@@ -672,6 +713,16 @@ class Case(_Section):
                 " displace; set it to 0 or give a traction."
             )
         agrees = {"time.stop_when_steady": not self.time.stop_when_steady, "perturbation.restart": self.perturbation.restart}
+        reach = adhesion.traction * adhesion.cutoff
+        for key, odd in (
+            ("membrane.shear_modulus", reach > 2.0 * _SOFTEST * membrane.shear_modulus),
+            ("time.end", reach > 0.0 and self.time.end > _LATEST * (1.0 + self.drag / reach)),
+        ):
+            if odd and self.scales is None and self.given(key):
+                doubts.append(
+                    f"{key}: {number(self.get(key))} {UNIT_OF[key]} is far from any vesicle; a number of SI needs its unit"
+                    " and units: {diameter: ..., diffusivity: ...} (docs/cases.md)."
+                )
         for key, why in self.idle().items():
             if self.given(key) and not agrees.get(key, False):
                 doubts.append(f"{key}: is given and decides nothing here, since {why}.")
@@ -711,7 +762,9 @@ class Case(_Section):
         rest = {
             key: value
             for key, value in _flat(self.resolved()).items()
-            if not self.given(key) and key not in ("receptors.drift_number", "mesh.sha256")
+            if not self.given(key)
+            and key not in ("receptors.drift_number", "mesh.sha256")
+            and not (key.startswith("units.") and self.scales is None)
         }
         if self.given("receptors.drift_number"):
             rest.pop("receptors.mobility", None)
@@ -735,10 +788,27 @@ class Case(_Section):
         return {key: value + 0.0 if isinstance(value, float) else value for key, value in flat.items()}
 
 
-_UNDECISIVE = ("name", "mesh.file", "output.checkpoint_minutes", "solver.max_iterations", "receptors.mobility")
+_UNDECISIVE = (
+    *(f"units.{key}" for key in Units.model_fields),
+    *("name", "mesh.file", "output.checkpoint_minutes", "solver.max_iterations", "receptors.mobility"),
+)
+
+
+def _field(section, key):
+    """The field of a ``key`` of a ``section``, or of the section itself where the key is ""."""
+    field = Case.model_fields[section]
+    return type(field.default).model_fields[key] if key else field
+
+
 SECTIONS = {  # each top-level key, and the keys in it where it is a section
     key: list(type(field.default).model_fields) if isinstance(field.default, _Section) else []
     for key, field in Case.model_fields.items()
+}
+UNIT_OF = {  # of the dotted keys that stand for quantities, the unit of the model
+    f"{section}.{key}" if key else section: unit
+    for section, keys in SECTIONS.items()
+    for key in keys or [""]
+    if (unit := units.unit_of(_field(section, key).description or ""))
 }
 
 
@@ -902,6 +972,9 @@ def merged(levels):
     keys = {}
     for level in levels:
         keys = _over(keys, level)
+    if keys.get("units"):
+        levels = [_in_model_units(level | {"units": keys["units"]}, []) for level in levels]
+        keys = _in_model_units(keys, [])
     notes = []
 
     def rank(key):
@@ -955,6 +1028,68 @@ def merged(levels):
     return keys, notes
 
 
+def _in_model_units(keys, problems):
+    """The nested dict ``keys`` with numbers for quantities; what cannot be read is left, and a sentence of ``problems``."""
+    if not isinstance(keys, dict):
+        return keys
+    given = keys.get("units")
+    scales = _scales(given, problems) if isinstance(given, dict) and given else None
+    if problems:
+        return keys
+
+    def converted(key, value):
+        if isinstance(value, list):
+            return [converted(f"{key}[{i}]", inner) for i, inner in enumerate(value)]
+        unit = UNIT_OF.get(key.partition("[")[0])
+        if unit is None or not units.is_quantity(value):
+            return value
+        if scales is None:
+            problems.append(
+                f"{key}: {shown(value)} needs the scales of the scene; give units: {{diameter: 10 um, diffusivity:"
+                " 0.01 um^2/s}, or a plain number."
+            )
+            return value
+        try:
+            return units.in_model_units(value, unit, scales)
+        except CaseError as error:
+            problems.append(f"{key}: {error}")
+            return value
+
+    def walk(nested, prefix=""):
+        return {
+            key: walk(value, f"{prefix}{key}.") if isinstance(value, dict) else converted(f"{prefix}{key}", value)
+            for key, value in nested.items()
+        }
+
+    return walk(keys)
+
+
+def _scales(given, problems):
+    """The `vesdyn.units.Scales` of the section ``given``; None where it names no diameter."""
+    given = {key: field.default for key, field in Units.model_fields.items()} | given
+    named = {key: value for key, value in given.items() if key in Units.model_fields and value is not None}
+    if not {"diameter", "diffusivity"} & named.keys():
+        return None
+    found = {}
+    for key in dict.fromkeys(["diameter", "diffusivity", *named]):
+        try:
+            found[key] = units.scale(key, named.get(key))
+        except CaseError as error:
+            problems.append(f"units.{key}: {error}")
+    return None if problems else units.Scales(**found)
+
+
+def _quantities(keys):
+    """Texts of the quantities among ``keys``, by dotted key; lists as they were given."""
+    texts = {}
+    for key, value in _flat(keys).items() if isinstance(keys, dict) else ():
+        if isinstance(value, units.Quantity):
+            texts[key] = value.text
+        elif isinstance(value, list) and any(isinstance(inner, units.Quantity) for inner in value):
+            texts[key] = [getattr(inner, "text", inner) for inner in value]
+    return texts
+
+
 def _agreed(levels, mobility, drift_number):
     """Whether mobility and drift number agreed at the ligand ratio of these ``levels``."""
     ratios = [_number_at(level, "adhesion.ligand_ratio") for level in levels]
@@ -981,8 +1116,7 @@ def _is_number(value):
 
 def _default(key):
     """The default of the dotted ``key`` of a section."""
-    section, inner = key.split(".")
-    return type(Case.model_fields[section].default).model_fields[inner].default
+    return _field(*key.split(".")).default
 
 
 def _with(section, values):

@@ -1,4 +1,4 @@
-"""The command line: ``vesdyn run``, ``batch``, ``infer``, ``explain``, ``resume``, ``info`` and ``template``.
+"""The command line: ``vesdyn run``, ``batch``, ``infer``, ``explain``, ``scales``, ``resume``, ``info``, ``template``.
 
 Exit status 0: done; 1: the run failed; 2: the case or the command cannot be used; 130: interrupted.
 """
@@ -104,6 +104,8 @@ def _parser():
     infer.add_argument("--no-claims", action="store_true", help="leave out what each claim is worth without itself")
     explain = add("explain", _explain, "say what a case will compute and leave out", "CASE", case_file)
     explain.add_argument("--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="replace a key of the case")
+    scales = add("scales", _scales, "say what a case is in SI, and which ratios decide its motion", "CASE", case_file)
+    scales.add_argument("--set", action="extend", nargs="+", default=[], metavar="KEY=VALUE", help="replace a key of the case")
     resume = add("resume", _resume, "go on with an interrupted run", "DIR", "the directory of the run")
     resume.add_argument("--until", metavar="TIME", help="go on to this later end: short for --set time.end=TIME")
     resume.add_argument(
@@ -199,6 +201,14 @@ def _explain(arguments):
     return 0
 
 
+def _scales(arguments):
+    from vesdyn.case_file import load_case
+    from vesdyn.scales import told
+
+    print(told(load_case(arguments.case, arguments.set)))
+    return 0
+
+
 def _resume(arguments):
     from vesdyn.case_file import load_case
 
@@ -221,19 +231,19 @@ def _compute(case, directory, quiet, restart=False, decisions=()):
         warnings.simplefilter("ignore")
     outcome = run_case(case, directory, progress=not quiet, restart=restart, decisions=decisions)
     with contextlib.suppress(BrokenPipeError):
-        _tell(outcome, directory, quiet)
+        _tell(outcome, directory, quiet, case.scales)
         sys.stdout.flush()
     return outcome.exit_status
 
 
-def _tell(outcome, directory, quiet):
+def _tell(outcome, directory, quiet, scales):
     """Print how the run ended."""
     if outcome.state == "failed":
         print(f"vesdyn: {directory}: {outcome.reason}", file=sys.stderr)
     elif not quiet:
         print(f"{directory}: {outcome.reason}" if outcome.reason else f"{directory}: finished.")
     if not quiet:
-        print(_figures(outcome))
+        print(_figures(outcome, scales))
         if outcome.state == "finished":
             files = ("summary.png", "history.csv", "frames.xdmf", "frames.h5", "case.yaml")
             print(f"  files: {', '.join(files)} in {directory}")
@@ -248,12 +258,19 @@ def _believed(error):
     return " (error not known)" if math.isnan(error) else f" (believed to {error:.1%})"
 
 
-def _figures(outcome):
+def _in_si(value, unit, scales):
+    """``value`` in SI, behind an equals sign; nothing where the case gives no scales."""
+    told = scales.shown(value, unit) if scales else None
+    return f" = {told}" if told else ""
+
+
+def _figures(outcome, scales):
     minutes, seconds = divmod(outcome.wall_time, 60)
+    time, area = _in_si(outcome.time, "a0^2/D", scales), _in_si(outcome.binding_area, "a0^2", scales)
     return "\n".join(
         (
-            f"  t = {outcome.time:g} after {outcome.steps} steps in {minutes:.0f} min {seconds:04.1f} s",
-            f"  binding area                  {outcome.binding_area:.6g} a0^2{_believed(outcome.area_error)}",
+            f"  t = {outcome.time:g}{time} after {outcome.steps} steps in {minutes:.0f} min {seconds:04.1f} s",
+            f"  binding area                  {outcome.binding_area:.6g} a0^2{area}{_believed(outcome.area_error)}",
             f"  largest volume error          {outcome.volume_error:.1e}",
             f"  largest receptor-number error {outcome.receptor_number_error:.1e}",
         )
@@ -270,6 +287,7 @@ def _info(arguments):
     case = directory.stored_case()
     status, faults, origin = directory.status(), directory.faults(), directory.origin() or {}
     history = {} if faults else directory.history()
+    units = {row["column"]: row["unit"] for row in directory.columns()}
     state = status.get("state") or ("unknown" if history else "not begun")
     if state == "running" and not directory.busy():
         state = "killed"
@@ -278,11 +296,13 @@ def _info(arguments):
     if status.get("reason"):
         print(f"  {status['reason']}")
     if history:
-        print(f"  t = {history['time'][-1]:g} of {case.time.end:g} after {len(history['time'])} steps")
+        reached = _in_si(history["time"][-1], "a0^2/D", case.scales)
+        print(f"  t = {history['time'][-1]:g}{reached} of {case.time.end:g} after {len(history['time'])} steps")
         print(f"  wall time {status.get('wall_time', 0.0):.1f} s up to the last checkpoint")
         for column in ("binding_area", "pressure", "density_min", "density_max", "residual"):
             if column in history:
-                print(f"  {column:<24} {history[column][-1]:.6g}")
+                value = history[column][-1]
+                print(f"  {column:<24} {value:.6g}{_in_si(value, units.get(column, ''), case.scales)}")
         for column in ("volume_error", "receptor_number_error"):
             if column in history:
                 print(f"  {column:<24} {max(abs(history[column])):.1e} at most")

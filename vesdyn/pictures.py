@@ -15,7 +15,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import TriMesh
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, LogLocator, NullLocator
+from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullLocator
 from matplotlib.tri import Triangulation
 
 from vesdyn.body import area_below, as_triangles, set_shares_below
@@ -86,9 +86,10 @@ def summary(directory):
         figure = Figure(figsize=(12, 8), dpi=150)
         _draw_title(figure, case)
         upper, lower = figure.subfigures(2, 1, height_ratios=(5.3, 2.7))
-        _draw_shapes(upper, shapes, BINDING_GAP * case.adhesion.cutoff)
-        place = lower.add_gridspec(1, 3, left=0.055, right=0.98, bottom=0.16, top=0.91, wspace=0.24)
-        _draw_binding_area(lower.add_subplot(place[0]), history, case.output.frames)
+        _draw_shapes(upper, shapes, BINDING_GAP * case.adhesion.cutoff, case.scales)
+        top, between = (0.91, 0.24) if case.scales is None else (0.8, 0.36)  # room for axes in SI
+        place = lower.add_gridspec(1, 3, left=0.055, right=0.98, bottom=0.16, top=top, wspace=between)
+        _draw_binding_area(lower.add_subplot(place[0]), history, case.output.frames, case.scales)
         _draw_relaxation(lower, place[1], history, case.solver.tolerance)
         _draw_errors(lower.add_subplot(place[2]), history, elastic_energy_0)
         picture = io.BytesIO()
@@ -173,21 +174,25 @@ def _circle(radius):
 def _draw_title(figure, case):
     """One line that names the case and its parameters."""
     membrane, adhesion = case.membrane, case.adhesion
+
+    def shown(key, value, unit):
+        return case.quantities.get(key, f"{value:g} {unit}")
+
     parameters = (
-        f"$K$ = {membrane.shear_modulus:g} $kT/a_0^2$",
-        f"$h$ = {membrane.thickness:g} $a_0$",
+        f"$K$ = {shown('membrane.shear_modulus', membrane.shear_modulus, '$kT/a_0^2$')}",
+        f"$h$ = {shown('membrane.thickness', membrane.thickness, '$a_0$')}",
         f"prestretch {membrane.prestretch:g}",
-        rf"$T_\mathrm{{max}}$ = {adhesion.traction:g} $kT/a_0^3$",
-        f"$d_c$ = {adhesion.cutoff:g} $a_0$",
+        rf"$T_\mathrm{{max}}$ = {shown('adhesion.traction', adhesion.traction, '$kT/a_0^3$')}",
+        f"$d_c$ = {shown('adhesion.cutoff', adhesion.cutoff, '$a_0$')}",
         f"$c_l/c_{{r0}}$ = {adhesion.ligand_ratio:g}",
         "receptors frozen" if case.receptors.frozen else f"drift number {case.drift_number:g}",
-        f"drag {case.drag:g}",
+        f"drag {shown('drag', case.drag, '')}".rstrip(),
     )
     figure.text(0.015, 0.976, case.name, size=11, weight="bold", va="center")
     figure.text(0.98, 0.976, "    ".join(parameters), ha="right", va="center")
 
 
-def _draw_shapes(figure, shapes, bound_below):
+def _draw_shapes(figure, shapes, bound_below, scales):
     """Each shape from above and from below, all at one scale; ``bound_below`` [a0] is the gap of bound membrane."""
     density = np.concatenate([shape.density for shape in shapes])
     norm = LogNorm(min(density.min(), 0.8), max(density.max(), 1.25))  # 1 at the start
@@ -211,7 +216,8 @@ def _draw_shapes(figure, shapes, bound_below):
             if elevation == BELOW:
                 _draw_front(axes, shape, bound_below)
             if row == 0:
-                axes.set_title(f"$t$ = {shape.time:g} $a_0^2/D$", loc="center", weight="normal", pad=7)
+                time = f"{shape.time:g} $a_0^2/D$" + (f" = {scales.shown(shape.time, 'a0^2/D')}" if scales else "")
+                axes.set_title(f"$t$ = {time}", loc="center", weight="normal", pad=7)
             if column == 0:
                 axes.text(0.0, 0.5, view, transform=axes.transAxes, rotation=90, ha="right", va="center")
     figure.text(0.015, 0.905, "(a)", weight="bold")
@@ -237,8 +243,8 @@ def _draw_front(axes, shape, level):
         axes.fill(x[around], -y[around], fill=False, edgecolor="black", lw=0.8, zorder=3)
 
 
-def _draw_binding_area(axes, history, asked):
-    """A(t), and on it the ``asked`` times [a0^2/D] of stored shapes that were reached."""
+def _draw_binding_area(axes, history, asked, scales):
+    """A(t), also in SI where there are ``scales``, and on it the ``asked`` times [a0^2/D] of stored shapes."""
     t, A = history["time"], history["binding_area"]
     reached = [time for time in asked if time <= t[-1]]
     axes.plot(t, A, color=_DARK)
@@ -248,6 +254,19 @@ def _draw_binding_area(axes, history, asked):
     axes.set(xlim=(0.0, t[-1]), ylim=(0.0, 1.08 * A.max() or 1.0))
     axes.legend(loc="lower right")
     axes.locator_params(axis="x", nbins=5)
+    if scales:
+        _add_si_axes(axes, t[-1], A.max(), scales)
+
+
+def _add_si_axes(axes, time, area, scales):
+    """Time above and area at the right in the units of SI that suit ``time`` [a0^2/D] and ``area`` [a0^2]."""
+    for name, value, unit, add in (("t", time, "a0^2/D", axes.secondary_xaxis), ("A", area, "a0^2", axes.secondary_yaxis)):
+        wanted = scales.preferred(unit, value)
+        factor = float(scales.to(1.0, unit, wanted))
+        other = add("top" if name == "t" else "right", functions=(lambda v, f=factor: v * f, lambda v, f=factor: v / f))
+        label = wanted.replace("um", "µm").replace("^2", "$^2$")
+        (other.set_xlabel if name == "t" else other.set_ylabel)(f"${name}$ [{label}]")
+        (other.xaxis if name == "t" else other.yaxis).set_major_locator(MaxNLocator(5))
 
 
 def _draw_relaxation(figure, place, history, tolerance):

@@ -8,7 +8,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -17,18 +16,34 @@ import numpy as np
 
 from vesdyn.case import Case
 from vesdyn.errors import CaseError
+from vesdyn.refusals import shown
 from vesdyn.storage import SAME_TIME, Frame, RunDirectory
+from vesdyn.units import Scales
 
 
 class History(dict):
     """Columns of a history, name to array (n_steps,), in the order in which they are stored.
 
-    ``units`` and ``meanings`` map the names of those columns that are described to text.
+    ``units`` and ``meanings`` map the names of those columns that are described to text; ``scales`` are those of the
+    case, `vesdyn.units.Scales`, or None.
     """
 
-    def __init__(self, columns: dict[str, np.ndarray], units: dict[str, str], meanings: dict[str, str]):
+    def __init__(
+        self, columns: dict[str, np.ndarray], units: dict[str, str], meanings: dict[str, str], scales: Scales | None = None
+    ):
         super().__init__(columns)
-        self.units, self.meanings = units, meanings
+        self.units, self.meanings, self.scales = units, meanings, scales
+
+    def to(self, column: str, unit: str) -> np.ndarray:
+        """The ``column`` in a ``unit`` of SI such as "um^2" or "s", an array (n_steps,).
+
+        Raises CaseError where the case gives no units, the column has none, or it is of another dimension.
+        """
+        if column not in self:
+            raise CaseError(f"{shown(column)}: unknown column; there are {', '.join(self)}.")
+        if self.scales is None:
+            raise CaseError("units: are not given in this case; give units: {diameter: 10 um, diffusivity: 0.01 um^2/s}.")
+        return self.scales.to(self[column], self.units.get(column, ""), unit)
 
 
 class Profile(NamedTuple):
@@ -63,17 +78,10 @@ class Run:
         Raises vesdyn.storage.DamagedRunError if it is not as it was written.
         """
         self._directory.verify_history()
-        described = self._columns()
+        described = self._directory.columns()
         units = {row["column"]: row["unit"] for row in described}
-        return History(self._directory.history(), units, {row["column"]: row["meaning"] for row in described})
-
-    def _columns(self):
-        try:
-            with open(self._directory.columns_file, newline="", encoding="utf-8") as file:
-                rows = list(csv.DictReader(file))
-        except (OSError, ValueError, csv.Error):
-            return []
-        return [row for row in rows if row.keys() >= {"column", "unit", "meaning"}]
+        meanings = {row["column"]: row["meaning"] for row in described}
+        return History(self._directory.history(), units, meanings, self.case.scales)
 
     @property
     def frames(self) -> Sequence[Frame]:

@@ -188,6 +188,8 @@ class _Interrupted(Exception):
 def _start(case, directory, columns):
     """Return the scene and its state as the directory left it: at its checkpoint, or else at t = 0."""
     described = [(column.name, column.unit, column.meaning) for column in (*COLUMNS, *columns)]
+    if case.scales:
+        described = [(name, unit, meaning, case.scales.in_si(unit)) for name, unit, meaning in described]
     sim = Spreading(case)
     checkpoint = directory.restore(case)
     directory.write_columns(described)

@@ -509,10 +509,19 @@ class RunDirectory:
         self._grow_history((",".join(values) + "\n").encode())
 
     def write_columns(self, columns):
-        """Store the unit and meaning of each column of the history, (name, unit, meaning) each."""
-        text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerows([("column", "unit", "meaning"), *columns])
+        """Store the unit and meaning of each column of the history, (name, unit, meaning[, unit in SI]) each."""
+        text, header = io.StringIO(), ("column", "unit", "meaning", "unit_in_si")
+        csv.writer(text, lineterminator="\n").writerows([header[: len(columns[0])], *columns])
         files.replace_file(self.path, self.columns_file.name, text.getvalue().encode())
+
+    def columns(self):
+        """Return what `write_columns` stored, a dict for each column; an empty list if it cannot be read."""
+        try:
+            with open(self.columns_file, newline="", encoding="utf-8") as file:
+                rows = list(csv.DictReader(file))
+        except (OSError, ValueError, csv.Error):
+            return []
+        return [row for row in rows if row.keys() >= {"column", "unit", "meaning"}]
 
     def last_row(self):
         """Return the last whole row of the history, column to number, reading no other; empty if none."""
