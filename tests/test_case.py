@@ -415,3 +415,41 @@ def test_the_limits_leave_finite_numbers():
             mixed["time.step"] = mixed["time.end"]
         told = " ".join(case(**mixed).warnings())
         assert "nan" not in told and "inf" not in told
+
+
+@pytest.mark.parametrize(
+    ("frames", "times"),
+    [
+        ({"every": 0.1}, [0.1, 0.2, 0.3]),
+        ({"every": 0.14}, [0.14, 0.28]),
+        ({"count": 3}, [0.1, 0.2, 0.3]),
+        ({"count": 1}, [0.3]),
+        ({"every": 0.3}, [0.3]),
+    ],
+)
+def test_frames_by_interval_or_number(frames, times):
+    made = case(**{"time.end": 0.3, "output.frames": frames})
+    assert list(made.output.frames) == times and made.given_keys()["output"]["frames"] == frames
+    assert list(made.changed(**{"time.end": 0.6}).output.frames)[-1] > 0.5  # listed anew
+
+
+@pytest.mark.parametrize(
+    ("frames", "sentence"),
+    [
+        ({}, "output.frames: is neither a list of times nor {every: 0.01} nor {count: 50}; write one of them."),
+        ({"every": 0.1, "count": 2}, "output.frames: is neither"),
+        ({"each": 0.1}, "output.frames: is neither"),
+        ({"every": 0}, "output.frames.every: 0 is no interval of the run; give one from 0.0003 to 0.3."),
+        ({"every": 1e-9}, "output.frames.every: 1e-09 is no interval"),
+        ({"every": 0.4}, "output.frames.every: 0.4 is no interval"),
+        ({"every": "often"}, "output.frames.every: often is no interval"),
+        ({"every": "1 s"}, "output.frames.every: 1 s needs the scales of the scene"),
+        ({"count": 0}, "output.frames.count: 0 is not a number of frames; give 1 to 1000."),
+        ({"count": True}, "output.frames.count: true is not a number of frames"),
+        ({"count": 1001}, "output.frames.count: 1001 is not a number of frames"),
+    ],
+)
+def test_frames_that_are_refused(frames, sentence):
+    with pytest.raises(CaseError) as error:
+        case(**{"time.end": 0.3, "output.frames": frames})
+    assert sentence in str(error.value)

@@ -179,3 +179,11 @@ def test_what_is_none(text):
 def test_pint_is_read_only_where_it_is_needed():
     code = "import sys, vesdyn; vesdyn.load_case('typical'); assert 'pint' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_frames_every_so_many_seconds(tmp_path):
+    (tmp_path / "a.yaml").write_text(TEXT.replace("frames: [1 s, 0.00015]", "frames: {every: 500 ms}"))
+    case = load_case(tmp_path / "a.yaml")
+    assert case.output.frames == (5e-5, 1e-4, 1.5e-4, 2e-4) and "{every: 500 ms}" in case.to_yaml()
+    (tmp_path / "b.yaml").write_text(case.to_yaml())
+    assert load_case(tmp_path / "b.yaml") == case

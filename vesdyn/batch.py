@@ -89,7 +89,7 @@ def run_batch(
     ``jobs`` worker processes (by default one a core) on this machine, or the workers of the Dask scheduler at the
     address ``scheduler``, which must see the same files. ``restart`` computes finished runs anew as well. ``show``
     keeps a table on stderr, or a line for each case where that is no terminal; ``pictures`` draws a summary of each
-    run. A case that fails is an outcome and does not stop the others. An interrupt (SIGINT, SIGTERM) stores checkpoints and stops; a second one stops at once.
+    run, and leaves results.csv and results.png of all in ``out`` (`vesdyn.comparison`). A case that fails is an outcome and does not stop the others. An interrupt (SIGINT, SIGTERM) stores checkpoints and stops; a second one stops at once.
     Processes are spawned: a script that calls this needs its ``if __name__ == "__main__"``.
 
     Raises `BatchError` if there is no such cluster, or if one of its workers has another version or other sources.
@@ -150,6 +150,10 @@ def run_batch(
                     tell(case)
             workers.tell_if_none(show)
             tell()
+    if pictures and stopped is None:
+        from vesdyn.comparison import leave_results  # and matplotlib, which only this needs here
+
+        leave_results([out / case.name for case in cases], out)
     return [(case, outcomes[case.name]) for case in cases]
 
 

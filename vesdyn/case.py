@@ -42,6 +42,7 @@ SAME_TIME = 1e-9  # relative: times no further apart are one
 _LEAST = 1e-15  # what is neither 0 nor as large as this is a slip, and its products underflow
 _NODES_A_WAVE = 4, 10  # of a perturbation about the axis: that the mesh must have, and should have
 _MANY_STEPS = 1_000_000
+_MOST_FRAMES = 1_000
 _FLATTEST, _LONGEST = 0.1, 10.0  # equatorial over polar axis of a start shape
 _THICK = 0.1  # [a0]
 _LONG_STEP = 0.004  # [a0^2/D]
@@ -261,8 +262,8 @@ class Output(_Section):
     frames: tuple[Annotated[float, Field(le=1e6)], ...] = Field(
         (0.008, 0.044, 0.128, 0.56),
         strict=False,
-        max_length=1000,
-        description="times of the stored shapes, beside t = 0 [a0^2/D]",
+        max_length=_MOST_FRAMES,
+        description="times of the stored shapes, beside t = 0 [a0^2/D]; or {every: 0.01}, or {count: 50}",
     )
     checkpoint_minutes: float = Field(
         0.5, ge=0, le=1e6, description="wall time between checkpoints [min]; 0: every step"
@@ -403,10 +404,12 @@ class Case(_Section):
         """Take quantities for numbers, and keep how they were given."""
         problems = []
         keys = _in_model_units(keys, problems)
+        given = _quantities(keys)
+        keys = _with_listed_frames(keys, problems)
         if problems:
             raise ValueError("\n".join(problems))
         case = validate(keys)
-        case.__dict__["_given_quantities"] = _quantities(keys)
+        case.__dict__["_given_quantities"] = given
         return case
 
     def get(self, key):
@@ -416,7 +419,7 @@ class Case(_Section):
 
     @property
     def quantities(self):
-        """What was given as quantities, text by dotted key; lists as they were given."""
+        """What was given as quantities, text by dotted key; lists, and frames that were not listed, as they were given."""
         return self.__dict__.get("_given_quantities", {})
 
     @property
@@ -1040,7 +1043,7 @@ def _in_model_units(keys, problems):
     def converted(key, value):
         if isinstance(value, list):
             return [converted(f"{key}[{i}]", inner) for i, inner in enumerate(value)]
-        unit = UNIT_OF.get(key.partition("[")[0])
+        unit = UNIT_OF.get(key.partition("[")[0].removesuffix(".every"))
         if unit is None or not units.is_quantity(value):
             return value
         if scales is None:
@@ -1064,6 +1067,29 @@ def _in_model_units(keys, problems):
     return walk(keys)
 
 
+def _with_listed_frames(keys, problems):
+    """``keys`` with the times of ``output.frames`` listed where they are given as {every: interval} or {count: number}."""
+    output = keys.get("output") if isinstance(keys, dict) else None
+    frames = output.get("frames") if isinstance(output, dict) else None
+    if not isinstance(frames, dict):
+        return keys
+    end = _number_at(keys, "time.end")
+    end = _default("time.end") if end is None else end
+    (way, value), *more = frames.items() or [("", None)]
+    if more or way not in ("every", "count"):
+        problems.append("output.frames: is neither a list of times nor {every: 0.01} nor {count: 50}; write one of them.")
+    elif way == "count" and (isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= _MOST_FRAMES):
+        problems.append(f"output.frames.count: {shown(value)} is not a number of frames; give 1 to {_MOST_FRAMES}.")
+    elif way == "every" and not (_is_number(value) and value > 0.0 and 1.0 <= end / value * (1.0 + SAME_TIME) <= _MOST_FRAMES + 0.5):
+        least = number(float(f"{end / _MOST_FRAMES:.2g}"))
+        problems.append(f"output.frames.every: {shown(value)} is no interval of the run; give one from {least} to {number(end)}.")
+    else:
+        every = end / value if way == "count" else value
+        times = [float(f"{(k + 1) * every:.15g}") for k in range(math.floor(end / every * (1.0 + SAME_TIME)))]
+        return keys | {"output": output | {"frames": times}}
+    return keys
+
+
 def _scales(given, problems):
     """The `vesdyn.units.Scales` of the section ``given``; None where it names no diameter."""
     given = {key: field.default for key, field in Units.model_fields.items()} | given
@@ -1081,12 +1107,15 @@ def _scales(given, problems):
 
 def _quantities(keys):
     """Texts of the quantities among ``keys``, by dotted key; lists as they were given."""
-    texts = {}
-    for key, value in _flat(keys).items() if isinstance(keys, dict) else ():
+    texts, flat = {}, _flat(keys) if isinstance(keys, dict) else {}
+    for key, value in flat.items():
         if isinstance(value, units.Quantity):
             texts[key] = value.text
         elif isinstance(value, list) and any(isinstance(inner, units.Quantity) for inner in value):
             texts[key] = [getattr(inner, "text", inner) for inner in value]
+    ways = {key: texts.pop(key, flat[key]) for key in flat if key.startswith("output.frames.")}
+    if ways:
+        texts["output.frames"] = {key.rpartition(".")[2]: value for key, value in ways.items()}
     return texts
 
 
@@ -1100,7 +1129,7 @@ def _agreed(levels, mobility, drift_number):
 def _over(defaults, keys):
     """``keys`` over ``defaults``, section by section; sections of the latter are not changed."""
     both = {k for k in keys if isinstance(keys[k], dict) and isinstance(defaults.get(k), dict)}
-    return defaults | {k: _over(defaults[k], keys[k]) if k in both else keys[k] for k in keys}
+    return defaults | {k: defaults[k] | keys[k] if k in both else keys[k] for k in keys}
 
 
 def _number_at(level, key, any_value=False):

@@ -1,4 +1,4 @@
-"""The command line: ``vesdyn run``, ``batch``, ``infer``, ``explain``, ``scales``, ``resume``, ``info``, ``template``.
+"""The command line: ``vesdyn run``, ``batch``, ``infer``, ``explain``, ``scales``, ``resume``, ``info``, ``compare``, ``template``.
 
 Exit status 0: done; 1: the run failed; 2: the case or the command cannot be used; 130: interrupted.
 """
@@ -113,6 +113,10 @@ def _parser():
     )
     resume.add_argument("--quiet", **quiet)
     add("info", _info, "say how a run stands", "DIR", "the directory of the run")
+    compare = add("compare", _compare, "put runs side by side", None, None)
+    compare.add_argument("runs", metavar="RUN", nargs="+", type=Path, help="the directory of a run")
+    compare.add_argument("--plot", type=Path, metavar="FILE", help="also draw their binding areas over time (PNG)")
+    compare.add_argument("--csv", action="store_true", help="print a CSV file, numbers in full")
     add("template", _template, "print a commented case file with every key", None, None)
     return parser
 
@@ -314,6 +318,17 @@ def _info(arguments):
     for fault in faults:
         _refuse(fault, 1)
     return 1 if faults else 0
+
+
+def _compare(arguments):
+    from vesdyn import comparison
+
+    runs = comparison.open_runs(arguments.runs)
+    rows = comparison.rows(runs)
+    print(comparison.as_csv(rows) if arguments.csv else comparison.as_text(rows, runs[0].case.scales), end="\n"[arguments.csv :])
+    if arguments.plot:
+        comparison.draw(runs, arguments.plot.parent, arguments.plot.name)
+    return 0
 
 
 def _template(arguments):

@@ -36,8 +36,9 @@ _DARK, _MIDDLE, _LIGHT = "#12355b", "#c44536", "#e0a030"  # told apart by lightn
 _LIGHT_FROM = np.array([-0.45, -0.65, 0.61])  # over the viewer's left shoulder
 _DIMMED = 0.6  # the part of a colour that is left where light comes from the side or from behind
 _SUBSTRATE, _SUBSTRATE_LINE = "#ececec", "#9a9a9a"
-_TIME = "time $t$ [$a_0^2/D$]"
-_STYLE = {
+TIME = "time $t$ [$a_0^2/D$]"
+BINDING_AREA = "binding area $A$ [$a_0^2$]"
+LOOKS = {
     "font.size": 9,
     "axes.titlesize": 9,
     "axes.titlelocation": "left",
@@ -82,7 +83,7 @@ def summary(directory):
         raise ValueError(f"{directory.frames_folder}: holds no frame; start the run anew with --restart.")
     elastic_energy_0, shapes = _read_frames(directory, case.membrane)
 
-    with matplotlib.style.context(["default", _STYLE]):
+    with matplotlib.style.context(["default", LOOKS]):
         figure = Figure(figsize=(12, 8), dpi=150)
         _draw_title(figure, case)
         upper, lower = figure.subfigures(2, 1, height_ratios=(5.3, 2.7))
@@ -250,7 +251,7 @@ def _draw_binding_area(axes, history, asked, scales):
     axes.plot(t, A, color=_DARK)
     area = np.interp(reached, t, A)
     axes.plot(reached, area, "o", mfc="white", mec=_DARK, ms=5, clip_on=False, label="stored shapes")
-    axes.set(xlabel=_TIME, ylabel="binding area $A$ [$a_0^2$]", title="(b)")
+    axes.set(xlabel=TIME, ylabel=BINDING_AREA, title="(b)")
     axes.set(xlim=(0.0, t[-1]), ylim=(0.0, 1.08 * A.max() or 1.0))
     axes.legend(loc="lower right")
     axes.locator_params(axis="x", nbins=5)
@@ -280,7 +281,7 @@ def _draw_relaxation(figure, place, history, tolerance):
         upper.axhline(tolerance, color=_MIDDLE, ls="--", lw=1.0, zorder=1, label="tolerance")
         upper.legend(loc="upper right")
     lower.plot(t, history["iterations"], ".", color=_DARK, ms=3, clip_on=False)
-    lower.set(xlabel=_TIME, ylabel="iterations", xlim=(0.0, t[-1]))
+    lower.set(xlabel=TIME, ylabel="iterations", xlim=(0.0, t[-1]))
     lower.set_ylim(0.0, 1.08 * history["iterations"].max() or 1.0)
     lower.locator_params(axis="x", nbins=5)
     figure.align_ylabels((upper, lower))
@@ -298,7 +299,7 @@ def _draw_errors(axes, history, elastic_energy_0):
     )
     for error, label, color, style in curves:
         axes.semilogy(t, np.maximum(np.abs(error), ROUND_OFF), style, color=color, label=label)
-    axes.set(xlabel=_TIME, ylabel="relative error", xlim=(0.0, t[-1]), title="(d)")
+    axes.set(xlabel=TIME, ylabel="relative error", xlim=(0.0, t[-1]), title="(d)")
     axes.set_ylim(ROUND_OFF / 3.0, max(10.0, axes.get_ylim()[1]))
     axes.yaxis.set_major_locator(FixedLocator([1e-16, 1e-12, 1e-8, 1e-4, 1.0]))
     axes.yaxis.set_minor_locator(NullLocator())
