@@ -31,7 +31,7 @@ LADDER = [  # from the bottom; a module imports from lower rungs only
     {"planning"},
     {"storage"},
     {"pictures", "results"},
-    {"run", "comparison"},
+    {"run", "comparison", "movie"},
     {"batch"},
     {"study"},
     {"calibration"},

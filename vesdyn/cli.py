@@ -1,4 +1,4 @@
-"""The command line: ``vesdyn run``, ``batch``, ``infer``, ``explain``, ``scales``, ``resume``, ``info``, ``compare``, ``template``.
+"""The command line: ``vesdyn run``, ``batch``, ``infer``, ``explain``, ``scales``, ``resume``, ``info``, ``compare``, ``movie``, ``template``.
 
 Exit status 0: done; 1: the run failed; 2: the case or the command cannot be used; 130: interrupted.
 """
@@ -117,6 +117,11 @@ def _parser():
     compare.add_argument("runs", metavar="RUN", nargs="+", type=Path, help="the directory of a run")
     compare.add_argument("--plot", type=Path, metavar="FILE", help="also draw their binding areas over time (PNG)")
     compare.add_argument("--csv", action="store_true", help="print a CSV file, numbers in full")
+    movie = add("movie", _movie, "draw the stored shapes of a run as a movie", "DIR", "the directory of the run")
+    movie.add_argument("--out", type=Path, metavar="FILE", help="an .mp4 (by ffmpeg) or .gif (default: DIR/movie.*)")
+    movie.add_argument("--seconds", type=float, default=6.0, metavar="S", help="how long it lasts (default: 6)")
+    movie.add_argument("--elevation", type=float, metavar="DEG", help="of the camera; -90: from below (default: 13)")
+    movie.add_argument("--turn", type=float, default=0.0, metavar="DEG", help="the vesicle about its axis")
     add("template", _template, "print a commented case file with every key", None, None)
     return parser
 
@@ -328,6 +333,19 @@ def _compare(arguments):
     print(comparison.as_csv(rows) if arguments.csv else comparison.as_text(rows, runs[0].case.scales), end="\n"[arguments.csv :])
     if arguments.plot:
         comparison.draw(runs, arguments.plot.parent, arguments.plot.name)
+    return 0
+
+
+def _movie(arguments):
+    from vesdyn import movie
+    from vesdyn.results import open_run
+
+    if not arguments.seconds > 0.0:
+        return _refuse(f"--seconds {arguments.seconds:g}: is not a duration; give one greater than 0.", 2)
+    run = open_run(arguments.dir)
+    elevation = movie.ABOVE if arguments.elevation is None else arguments.elevation
+    file = arguments.out or run.path / movie.default_name()
+    print(movie.write_movie(run, file, arguments.seconds, elevation, arguments.turn))
     return 0
 
 

@@ -106,13 +106,13 @@ def _read_frames(directory, membrane):
     """Return the elastic energy [kT] at t = 0 and the shapes to draw: the first after t = 0, or that at t = 0."""
     start, *later = directory.frames()[: SNAPSHOTS + 1]
     topology = topology_of(start.connectivity)
+    return _start_energy(membrane, start.position, topology), [shape_of(frame, topology) for frame in later or [start]]
 
-    def shape(frame):
-        vertices, faces, node = as_triangles(topology, frame.position)
-        return Shape(frame.time, vertices, faces, frame.density[node])
 
-    elastic_energy_0 = _start_energy(membrane, start.position, topology)
-    return elastic_energy_0, [shape(frame) for frame in later or [start]]
+def shape_of(frame, topology):
+    """The `Shape` of a stored ``frame``; ``topology`` that of its connectivity. A meridian is revolved."""
+    vertices, faces, node = as_triangles(topology, frame.position)
+    return Shape(frame.time, vertices, faces, frame.density[node])
 
 
 def _start_energy(membrane, x, topology):
@@ -152,7 +152,7 @@ def vertex_normals(x, faces):
     return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), np.finfo(float).tiny)
 
 
-def _draw_vesicle(axes, shape, norm, elevation):
+def draw_vesicle(axes, shape, norm, elevation):
     """Paint the faces of ``shape`` that are seen; only from above are they lit, so from below colours are exact."""
     color = _COLOR_MAP(norm(shape.density))
     if elevation == ABOVE:  # dim by the cosine between normal and light (Lambert)
@@ -161,6 +161,30 @@ def _draw_vesicle(axes, shape, norm, elevation):
     right, up, _ = project(shape.vertices, elevation)
     faces = visible_faces(shape.vertices, shape.faces, elevation)
     axes.add_collection(TriMesh(Triangulation(right, up, faces), facecolors=color, zorder=2), autolim=False)
+
+
+def draw_substrate(axes, radius, elevation):
+    """Paint the plane within ``radius`` [a0] of the axis, with a circle every quarter of a0."""
+    axes.fill(*project(_circle(radius), elevation)[:2], color=_SUBSTRATE, lw=0, zorder=0)
+    for each in np.arange(0.25, radius, 0.25):
+        axes.plot(*project(_circle(each), elevation)[:2], color=_SUBSTRATE_LINE, lw=0.6, zorder=1)
+
+
+def color_scale(shapes):
+    """Norm of the receptor densities of all ``shapes``, with 1, the density at the start, well inside."""
+    lowest, highest = min(shape.density.min() for shape in shapes), max(shape.density.max() for shape in shapes)
+    return LogNorm(min(lowest, 0.8), max(highest, 1.25))
+
+
+def add_color_bar(figure, norm, place):
+    """Add the colour bar of ``norm`` at ``place`` (left, bottom, width, height of ``figure``)."""
+    bar = figure.colorbar(ScalarMappable(norm, _COLOR_MAP), cax=figure.add_axes(place))
+    bar.set_label("receptor density $c$ [$c_{r0}$]")
+    bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    bar.ax.yaxis.set_major_formatter("{x:g}")
+    bar.ax.yaxis.set_minor_locator(NullLocator())
+    for end, y, va in ((norm.vmax, 1.01, "bottom"), (norm.vmin, -0.01, "top")):
+        bar.ax.text(0.5, y, f"{end:.3g}", transform=bar.ax.transAxes, size=8, ha="center", va=va)
 
 
 def _circle(radius):
@@ -195,8 +219,7 @@ def _draw_title(figure, case):
 
 def _draw_shapes(figure, shapes, bound_below, scales):
     """Each shape from above and from below, all at one scale; ``bound_below`` [a0] is the gap of bound membrane."""
-    density = np.concatenate([shape.density for shape in shapes])
-    norm = LogNorm(min(density.min(), 0.8), max(density.max(), 1.25))  # 1 at the start
+    norm = color_scale(shapes)
     width = 1.12 * max(np.abs(shape.vertices[:, :2]).max() for shape in shapes)
     bottom = project(_circle(width), ABOVE)[1].min()
     top = max(project(shape.vertices, ABOVE)[1].max() for shape in shapes)
@@ -210,10 +233,8 @@ def _draw_shapes(figure, shapes, bound_below, scales):
         for column, shape in enumerate(shapes):
             axes = figure.add_subplot(place[row, column], aspect="equal", xlim=(-width, width), ylim=height)
             axes.set_axis_off()
-            axes.fill(*project(_circle(width), elevation)[:2], color=_SUBSTRATE, lw=0, zorder=0)
-            for radius in np.arange(0.25, width, 0.25):
-                axes.plot(*project(_circle(radius), elevation)[:2], color=_SUBSTRATE_LINE, lw=0.6, zorder=1)
-            _draw_vesicle(axes, shape, norm, elevation)
+            draw_substrate(axes, width, elevation)
+            draw_vesicle(axes, shape, norm, elevation)
             if elevation == BELOW:
                 _draw_front(axes, shape, bound_below)
             if row == 0:
@@ -223,13 +244,7 @@ def _draw_shapes(figure, shapes, bound_below, scales):
                 axes.text(0.0, 0.5, view, transform=axes.transAxes, rotation=90, ha="right", va="center")
     figure.text(0.015, 0.905, "(a)", weight="bold")
 
-    bar = figure.colorbar(ScalarMappable(norm, _COLOR_MAP), cax=figure.add_axes((0.935, 0.1, 0.012, 0.72)))
-    bar.set_label("receptor density $c$ [$c_{r0}$]")
-    bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    bar.ax.yaxis.set_major_formatter("{x:g}")
-    bar.ax.yaxis.set_minor_locator(NullLocator())
-    for end, y, va in ((norm.vmax, 1.01, "bottom"), (norm.vmin, -0.01, "top")):
-        bar.ax.text(0.5, y, f"{end:.3g}", transform=bar.ax.transAxes, size=8, ha="center", va=va)
+    add_color_bar(figure, norm, (0.935, 0.1, 0.012, 0.72))
 
 
 def _draw_front(axes, shape, level):
