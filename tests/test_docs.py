@@ -13,6 +13,18 @@ from vesdyn import adhesion
 DOCS = Path(__file__).parents[1] / "docs"
 
 
+def test_the_reference_is_what_the_schema_says(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")  # of a terminal: no matter
+    written = runpy.run_path(str(DOCS / "reference.py"))
+    assert written["PAGE"].read_text() == written["page"](), "run `python docs/reference.py`"
+
+
+def test_links_between_pages_lead_somewhere():
+    for page in (*DOCS.glob("*.md"), DOCS.parent / "README.md"):
+        for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text()):
+            assert (page.parent / target).exists(), (page.name, target)
+
+
 def test_tour_runs_word_for_word(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     shown = runpy.run_path(str(DOCS / "tour.py"))

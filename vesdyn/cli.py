@@ -126,6 +126,12 @@ def _parser():
     return parser
 
 
+def commands():
+    """The parser of each command, by name."""
+    (found,) = (action.choices for action in _parser()._actions if isinstance(action, argparse._SubParsersAction))
+    return found
+
+
 def _count(text):
     if not (text.isdecimal() and int(text) > 0):
         raise argparse.ArgumentTypeError(f"{text} is not a number of processes; give 1 or more")
