@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM: heard within two seconds wherever the program is, and a second one stops at once.
+"""SIGINT, SIGTERM and SIGHUP: heard within two seconds wherever the program is, and a second one stops at once.
 
 A loop that asks (`interrupts`) ends in good order. Where nobody asks, as while kernels are compiled, the signal turns
 into a KeyboardInterrupt; and where Python itself does not come to its turn, `watch` ends the process. A run may be
@@ -14,7 +14,7 @@ import threading
 from contextlib import contextmanager
 
 PATIENCE = 1.5  # with a loop that does not ask [s]
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 _came = threading.Event()  # an interrupt has been raised; a library may turn it into an error of its own
 _heard = threading.Event()  # the loop has asked since the signal, so `watch` may leave the rest to it
@@ -63,15 +63,19 @@ class Asked:
         self._name = signal.Signals(number).name
 
 
+def _is_under_nohup(number):
+    return number == signal.SIGHUP and signal.getsignal(number) is signal.SIG_IGN
+
+
 @contextmanager
 def interrupts():
-    """Yield an `Asked` for the first SIGINT or SIGTERM; a second one, or one not asked for, is a KeyboardInterrupt."""
+    """Yield an `Asked` for the first of `SIGNALS`; a second one, or one not asked for, is a KeyboardInterrupt."""
     asked = Asked()
     if threading.current_thread() is not threading.main_thread():  # only the main thread may handle signals
         yield asked
         return
     _heard.clear()
-    before = {number: signal.signal(number, asked._receive) for number in SIGNALS}
+    before = {number: signal.signal(number, asked._receive) for number in SIGNALS if not _is_under_nohup(number)}
     try:
         yield asked
     finally:

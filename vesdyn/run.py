@@ -88,7 +88,7 @@ def run_case(
     `vesdyn.diagnostics.Moment` after each step and may return a reason to stop there, as if interrupted (a few words, or
     True); ``columns`` are further `vesdyn.Column` of the history.
 
-    An interrupt (SIGINT, SIGTERM) gives the step in hand up, stores a checkpoint and stops; a second one
+    An interrupt (SIGINT, SIGTERM, SIGHUP) gives the step in hand up, stores a checkpoint and stops; a second one
     stops at once, and what was done since the last checkpoint is done again later. ``progress`` shows a bar
     if stderr is a terminal. ``restart`` removes an earlier run first. ``decisions`` are stored with the case.
     ``stop`` is asked every few tenths of a second for a reason to stop. Without ``picture`` no summary is drawn.

@@ -38,6 +38,7 @@ from xml.sax.saxutils import quoteattr
 
 import h5py
 import numpy as np
+import psutil
 import yaml
 
 from vesdyn import files, plain_yaml
@@ -147,13 +148,18 @@ class RunDirectory:
         """Raise RunDirectoryError if no run can be stored here, whatever its case: it is a file, or not ours."""
         if fault := files.why_no_directory(self.path):
             raise RunDirectoryError(f"{self}: {fault}")
-        if self.path.exists() and not self.holds_run() and any(self._foreign()):
+        if os.path.exists(self.path) and not self.holds_run() and any(self._foreign()):
             raise RunDirectoryError(f"{self}: has files but no run in it; choose another --out.")
 
     def check_there(self):
         """Raise RunDirectoryError if there is no directory that can be read."""
+        advice = "give the directory of a run, or begin one by `vesdyn run CASE`"
+        try:
+            os.stat(self.path)
+        except OSError as error:
+            raise RunDirectoryError(f"{self}: {error.strerror}; {advice}.") from None
         if not os.path.isdir(self.path):
-            raise RunDirectoryError(f"{self}: is no directory; give that of a run, or begin one by `vesdyn run CASE`.")
+            raise RunDirectoryError(f"{self}: is no directory; {advice}.")
         if not os.access(self.path, os.R_OK | os.X_OK):
             raise RunDirectoryError(f"{self}: may not be read; allow it.")
 
@@ -389,7 +395,7 @@ class RunDirectory:
 
     def _remove_frames(self, first):
         """Remove the frames from the ``first`` on (a number), and what was left of one that was being written."""
-        for file in self.frames_folder.glob("*") if self.frames_folder.is_dir() else ():
+        for file in self.frames_folder.glob("*") if os.path.isdir(self.frames_folder) else ():
             number = re.fullmatch(rf"(\d{{4,}})\.h5({re.escape(files.PART)})?", file.name)
             if number and (int(number[1]) >= first or number[2]):
                 files.remove_file(self.path, f"frames/{file.name}")
@@ -429,7 +435,7 @@ class RunDirectory:
             if (text := self._case_text()) is not None:
                 status["case"] = files.checksum(text.encode())
             for name, file in (("columns", self.columns_file), ("summary", self.summary_file)):
-                if file.exists():
+                if os.path.exists(file):
                     status[name] = files.checksum(self._read(file))
         text = yaml.safe_dump(status, sort_keys=False, width=110)
         files.replace_file(
@@ -504,8 +510,7 @@ class RunDirectory:
             if not _holds(file, content):
                 files.replace_file(self.path, file.name, content)
                 mended.append(file.name)
-        picture = self.status().get("summary")
-        if self.summary_file.exists() and picture != files.checksum(self._read(self.summary_file)):
+        if os.path.exists(self.summary_file) and not _is_of(self.summary_file, self.status().get("summary")):
             files.remove_file(self.path, self.summary_file.name)
             mended.append(self.summary_file.name)
         return mended
@@ -724,7 +729,7 @@ class RunDirectory:
     def _frame_files(self):
         """Files of the frames from the first on, as long as none is missing."""
         found = []
-        while (file := self.frames_folder / f"{len(found):04d}.h5").exists():
+        while os.path.exists(file := self.frames_folder / f"{len(found):04d}.h5"):
             found.append(file)
         return found
 
@@ -774,7 +779,7 @@ class RunDirectory:
         except OSError as error:
             raise files.write_error(self.path, self.history_file.name, error) from None
         self.write_series()
-        text = self._case if self._case is not None else _small_text(self.case_file) if self.case_file.exists() else ""
+        text = self._case if self._case is not None else _small_text(self.case_file) if os.path.exists(self.case_file) else ""
         attributes = {"case": text, "sources": sources_hash(), **marks._asdict()}
         content = files.image(state, attributes)
         files.replace_file(self.path, self.checkpoint_file.name, content, kept_as=self.checkpoint_previous.name)
@@ -794,7 +799,7 @@ class RunDirectory:
         return None
 
     def _checkpoint_files(self):
-        return [file for file in (self.checkpoint_file, self.checkpoint_previous) if file.exists()]
+        return [file for file in (self.checkpoint_file, self.checkpoint_previous) if os.path.exists(file)]
 
     def _checkpoints(self):
         """Those checkpoints that are whole, the latest first."""
@@ -886,6 +891,13 @@ def _holds(file, content):
     """Whether the ``content`` (bytes) is what is in ``file``."""
     with suppress(OSError):
         return files.read(file) == content
+    return False
+
+
+def _is_of(file, checksum):
+    """Whether what is in ``file`` can be read and has the ``checksum``."""
+    with suppress(OSError):
+        return files.checksum(files.read(file)) == checksum
     return False
 
 
@@ -1022,10 +1034,10 @@ def _written(number, content):
 def _lock_by_file(file):
     """Lock by the presence of ``file``, yielding whether that worked.
 
-    It names its owner, who touches it now and then; one that is long untouched, or whose owner on this machine has
-    ended, is taken over.
+    It names its owner, who touches it now and then. One whose owner on this machine has ended is taken over, and one of
+    another machine that is long untouched by the clock of the file system; an owner that is only stopped keeps it.
     """
-    owner = f"{socket.gethostname()} {os.getpid()} {uuid.uuid4().hex}\n"
+    owner = f"{socket.gethostname()} {os.getpid()} {_began(os.getpid())}-{uuid.uuid4().hex}\n"
     if not _create(file, owner) and not (_is_stale(file) and _take_over(file, owner)):
         yield False
         return
@@ -1076,19 +1088,35 @@ def _take_over(file, owner):
 
 def _is_stale(file):
     try:
-        host, pid, _ = file.read_text().split()
-        untouched = time.time() - file.stat().st_mtime
+        untouched = abs(_now(file.parent) - file.stat().st_mtime)  # in the future it was touched by another clock
+        host, pid, mark = files.read(file).decode().split()
+        pid = int(pid)
     except FileNotFoundError:
         return True
     except (OSError, ValueError):  # its owner is writing its name, or died as it did
         with suppress(OSError):
-            return time.time() - file.stat().st_mtime > _LOCK_IS_TOUCHED
+            return abs(_now(file.parent) - file.stat().st_mtime) > _LOCK_IS_TOUCHED
         return True
     if host == socket.gethostname():
-        try:
-            os.kill(int(pid), 0)
-        except ProcessLookupError:
+        if (began := _began(pid)) is None:
             return True
-        except (OSError, ValueError):
-            pass
+        if "-" in mark:
+            return not mark.startswith(f"{began}-")  # else the number is another process's by now
     return untouched > _LOCK_IS_STALE
+
+
+def _now(folder):
+    """The time [s] by the clock of the file system of ``folder``, which may be another machine's."""
+    with suppress(OSError), tempfile.TemporaryFile(dir=folder) as file:
+        return os.fstat(file.fileno()).st_mtime
+    return time.time()
+
+
+def _began(pid):
+    """When the process ``pid`` of this machine began, as text; None where there is none."""
+    try:
+        return f"{psutil.Process(pid).create_time():.1f}"
+    except psutil.NoSuchProcess:
+        return None
+    except psutil.Error:  # another user's, of which nothing is told
+        return "?"

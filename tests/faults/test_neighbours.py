@@ -59,6 +59,9 @@ def test_run_without_locks_of_the_file_system(physics, tmp_path, without_flock, 
     [
         ("HOST 999999999 x", 0, True),  # killed
         ("HOST 1 x", 0, False),  # alive
+        ("HOST SELF x", 300, False),  # stopped for long, and alive
+        ("HOST 1 0.0-x", 0, True),  # its number was given to another process
+        ("elsewhere 1 x", -3600, True),  # touched in the future
         ("elsewhere 1 x", 30, False),  # another host, touched lately
         ("elsewhere 1 x", 300, True),  # another host, for long untouched
         ("", 300, True),  # died as it wrote its name
@@ -70,6 +73,7 @@ def test_lock_file_of_a_dead_owner_is_taken_over(physics, tmp_path, without_floc
     tried["neighbours"] += 1
     (tmp_path / "a").mkdir()
     lock = tmp_path / "a" / ".lock"
+    owner = owner.replace("SELF x", f"{os.getpid()} {storage._began(os.getpid())}-x")
     lock.write_text(owner.replace("HOST", storage.socket.gethostname()))
     os.utime(lock, (time.time() - age, time.time() - age))
     if taken:
