@@ -15,11 +15,11 @@ PAGE, EXTENDING = ROOT / "docs" / "house.md", ROOT / "docs" / "extending.md"
 
 LADDER = [  # from the bottom; a module imports from lower rungs only
     {"budget", "errors", "provenance", "interrupts"},
-    {"_jit", "files"},
+    {"_jit"},
     {"plain_yaml"},
     {"refusals"},
     {"units"},
-    {"neo_hookean", "koiter", "substrate", "receptors", "body", "meshing", "case"},
+    {"neo_hookean", "koiter", "substrate", "receptors", "body", "meshing", "case", "files"},
     {"case_file"},
     {"adhesion", "front", "curvature", "quantities", "emulator"},
     {"inference_file"},

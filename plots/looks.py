@@ -5,6 +5,7 @@ A script has constants, ``measure(study)``, which returns plain values, and ``dr
 
 import argparse
 import csv
+import io
 import sys
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from vesdyn.errors import CaseError, RunError
+from vesdyn.files import replace_file
 from vesdyn.study import SNAPSHOTS, Study, common_times, holds_from, separation
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -79,8 +81,10 @@ def command_line(measure, draw, out=OUT):
     arguments = parser.parse_args()
     try:
         draw(measure(Study(arguments.runs, jobs=arguments.jobs, show=True, draws=drawn_parameters())), arguments.out)
-    except (CaseError, RunError) as error:
+    except (CaseError, RunError, OSError) as error:
         raise SystemExit(str(error)) from None
+    except KeyboardInterrupt:
+        raise SystemExit(130) from None
 
 
 def drawn_parameters():
@@ -135,8 +139,10 @@ def picture(draw, name, out, size):
     with matplotlib.style.context(["default", _STYLE]):
         figure = Figure(figsize=size, layout="constrained")
         draw(figure)
-        figure.savefig(out / f"{name}.png", dpi=300)
-        figure.savefig(out / f"{name}.pdf", metadata={"CreationDate": None})
+        for suffix, options in (("png", {"dpi": 300}), ("pdf", {"metadata": {"CreationDate": None}})):
+            drawn = io.BytesIO()
+            figure.savefig(drawn, format=suffix, **options)
+            replace_file(out, f"{name}.{suffix}", drawn.getvalue())
     print(f"\n{name}.png, {name}.pdf")
 
 

@@ -568,3 +568,50 @@ def test_the_template_gives_way_to_what_is_set(load):
     case = load(template(), "time.end=0.5")
     assert case.output.frames == (0.008, 0.044, 0.128) and case.warnings() == []
     assert case.given_keys() == {"name": "typical", "time": {"end": 0.5}}
+
+
+def _written(path, text):
+    path.write_text(text)
+    return path
+
+
+def test_a_key_set_twice_is_told(tmp_path):
+    path = _written(tmp_path / "a.yaml", "name: a")
+    for sets, told in (
+        (["drag=1", "drag=2"], "--set drag: 1 gives way to 2, which is given after it."),
+        (["time={end: 1}", "time.end=2"], "--set time.end: 1 gives way to 2, which is given after it."),
+    ):
+        with pytest.warns(UserWarning) as caught:
+            load_case(path, sets)
+        assert [str(one.message) for one in caught] == [told]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        load_case(path, ["drag=2", "drag=2", "time.end=2", "time.step=0.01"])
+
+
+@pytest.mark.fault("n21")
+@pytest.mark.parametrize("key", ["time.end[0]", "drag\x00", "k" * 80, "time." + "k" * 80])
+def test_the_source_of_an_odd_key_is_named(tmp_path, key):
+    with pytest.raises(CaseError, match="^--set [^/]*: unknown key"):
+        load_case(_written(tmp_path / "a.yaml", "name: a"), [f"{key}=1"])
+
+
+def test_a_swept_mesh_file_is_taken_from_the_folder_of_its_sweep(tmp_path, monkeypatch):
+    (tmp_path / "cell.ply").write_text("no mesh yet")
+    path = _written(tmp_path / "a.yaml", "name: a\nsweep: {mesh.file: [cell.ply]}")
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    (case,) = load_sweep(path)
+    assert case.mesh.file == str(tmp_path / "cell.ply")
+
+
+def test_a_stored_mesh_file_can_be_given_up(tmp_path):
+    (tmp_path / "cell.ply").write_text("no mesh yet")
+    stored = load_case(_written(tmp_path / "a.yaml", "name: a\nmesh: {file: cell.ply}")).to_yaml()
+    assert load_case(_written(tmp_path / "b.yaml", stored), ["mesh.file=null"]).mesh.file is None
+
+
+def test_a_second_document_is_told_in_whole_words(tmp_path):
+    with pytest.raises(CaseError, match="line 2: expected a single document in the stream, but found another"):
+        load_case(_written(tmp_path / "a.yaml", "name: a\n---\nname: b"))

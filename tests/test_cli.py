@@ -90,8 +90,8 @@ def test_quiet_says_nothing(case_file, calls, capsys):
     [
         (["run", "none.yaml"], "none.yaml: No such file"),
         (["run", "a.yaml", "--set", "drga=1"], "did you mean drag?"),
-        (["resume", "none"], "none/case.yaml: No such file"),
-        (["info", "none"], "none/case.yaml: No such file"),
+        (["resume", "none"], "none: No such file or directory; give the directory of a run"),
+        (["info", "none"], "none: No such file or directory; give the directory of a run"),
         (["run", "a.yaml", "--out", "."], "no run in it"),
     ],
 )

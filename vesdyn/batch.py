@@ -32,12 +32,13 @@ from typing import NamedTuple
 from vesdyn.case import Case, check_is_case
 from vesdyn.case_file import load_sweep
 from vesdyn.errors import CaseError, RunError
-from vesdyn.files import make_directory, replace_file
-from vesdyn.interrupts import interrupts, on_terminal
+from vesdyn.files import WriteError, make_directory, replace_file, why_no_directory
+from vesdyn.interrupts import Forgiving, interrupts, on_terminal
 from vesdyn.planning import needs_planning, plan
 from vesdyn.provenance import cores, identity
+from vesdyn.refusals import LONGEST, printable
 from vesdyn.run import Outcome, run_case
-from vesdyn.storage import BusyError, DamagedRunError, RunDirectory
+from vesdyn.storage import BusyError, DamagedRunError, RunDirectory, RunDirectoryError
 
 _ATTEMPTS = 3  # after as many deaths of its worker process a case is given up
 _REFRESH = 0.2  # [s]
@@ -89,14 +90,16 @@ def run_batch(
     ``jobs`` worker processes (by default one a core) on this machine, or the workers of the Dask scheduler at the
     address ``scheduler``, which must see the same files. ``restart`` computes finished runs anew as well. ``show``
     keeps a table on stderr, or a line for each case where that is no terminal; ``pictures`` draws a summary of each
-    run, and leaves results.csv and results.png of all in ``out`` (`vesdyn.comparison`). A case that fails is an outcome and does not stop the others. An interrupt (SIGINT, SIGTERM) stores checkpoints and stops; a second one stops at once.
+    run, and leaves results.csv and results.png of all in ``out`` (`vesdyn.comparison`). A case that fails is an outcome and does not stop the others. An interrupt (SIGINT, SIGTERM, SIGHUP) stores checkpoints and stops; a second one stops at once.
     Processes are spawned: a script that calls this needs its ``if __name__ == "__main__"``.
 
-    Raises `BatchError` if there is no such cluster, or if one of its workers has another version or other sources.
+    Raises `BatchError` if cases share a name, if there is no such cluster, or if one of its workers has another version or other sources.
     """
     for case in cases:
         check_is_case(case)
-    out = Path(out).absolute()
+    if several := [name for name, count in Counter(case.name for case in cases).items() if count > 1]:
+        raise BatchError(f"{several[0]}: is the name of several cases of this batch; give each its own.")
+    out = RunDirectory(out).path.absolute()
     check_directory(out)
     make_directory(out)
     outcomes, deaths, running, waiting, elsewhere = {}, Counter(), {}, deque(cases), []
@@ -159,11 +162,8 @@ def run_batch(
 
 def check_directory(out):
     """Raise BatchError if no directories can be made in ``out``: it is a file, or may not be written."""
-    above = next(path for path in (out, *out.absolute().parents) if path.exists())
-    if not above.is_dir():
-        raise BatchError(f"{out}: {above} is a file, not a directory; choose another --out.")
-    if not os.access(above, os.W_OK | os.X_OK):
-        raise BatchError(f"{out}: nothing may be written in {above}; allow it or choose another --out.")
+    if fault := why_no_directory(out):
+        raise BatchError(f"{printable(str(out), LONGEST)}: {fault}")
 
 
 class _Sign(NamedTuple):
@@ -245,7 +245,7 @@ def _result(future, stopped):
             reason = str(error)
         case error:
             reason = f"{type(error).__name__}: {error}"
-    return Outcome("failed", reason), []
+    return Outcome("failed", reason, disturbed=True), []
 
 
 # In the worker -------------------------------------------------------------------------------------------
@@ -261,7 +261,8 @@ def _carry_out(case, path, restart, sign, wanted, picture=True):
     if reason := stop():
         return Outcome("interrupted", f"not begun, stopped by {reason}."), []
     if _named(identity()) != _named(wanted):
-        return Outcome("failed", f"its worker has {_named(identity())}, the batch {_named(wanted)}."), []
+        reason = f"its worker has {_named(identity())}, the batch {_named(wanted)}."
+        return Outcome("failed", reason, disturbed=True), []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
@@ -269,7 +270,7 @@ def _carry_out(case, path, restart, sign, wanted, picture=True):
         except BusyError:
             outcome = Outcome("elsewhere", "another process computes it.")
         except (CaseError, RunError) as error:
-            outcome = Outcome("failed", str(error))
+            outcome = Outcome("failed", str(error), disturbed=isinstance(error, (WriteError, RunDirectoryError)))
     return outcome, [str(doubt.message) for doubt in caught if doubt.category is UserWarning]
 
 
@@ -496,13 +497,14 @@ def _display(cases, out, outcomes, wanted):
     if not wanted:
         yield lambda case=None: None
     elif not on_terminal(sys.stderr):
-        yield lambda case=None: case and print(_line(case, outcomes[case.name]), file=sys.stderr, flush=True)
+        words = Forgiving(sys.stderr)
+        yield lambda case=None: case and print(_line(case, outcomes[case.name]), file=words, flush=True)
     else:
         from rich.console import Console
         from rich.live import Live
 
         began = time.time()
-        with Live(console=Console(stderr=True), auto_refresh=False) as live:
+        with Live(console=Console(file=Forgiving(sys.stderr)), auto_refresh=False) as live:
             yield lambda case=None: live.update(_table(cases, out, outcomes, began), refresh=True)
 
 

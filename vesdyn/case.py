@@ -981,7 +981,8 @@ def merged(levels):
     notes = []
 
     def rank(key):
-        holding = (i for i, level in enumerate(levels) if _number_at(level, key, any_value=True) is not None)
+        section, inner = key.split(".")
+        holding = (i for i, level in enumerate(levels) if isinstance(level.get(section), dict) and inner in level[section])
         return max(holding, default=-1)
 
     def drop(key):
@@ -1132,11 +1133,11 @@ def _over(defaults, keys):
     return defaults | {k: defaults[k] | keys[k] if k in both else keys[k] for k in keys}
 
 
-def _number_at(level, key, any_value=False):
-    """The number at the dotted ``key`` of the nested dict ``level``, or None; with ``any_value`` whatever is there."""
+def _number_at(level, key):
+    """The number at the dotted ``key`` of the nested dict ``level``, or None."""
     section, inner = key.split(".")
     value = level[section].get(inner) if isinstance(level.get(section), dict) else None
-    return value if any_value or _is_number(value) else None
+    return value if _is_number(value) else None
 
 
 def _is_number(value):

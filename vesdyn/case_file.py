@@ -17,7 +17,7 @@ from typing import NamedTuple
 from vesdyn import plain_yaml
 from vesdyn.case import SECTIONS, Case, in_full, merged, validated
 from vesdyn.errors import CaseError
-from vesdyn.refusals import joined, printable, printable_path, shown
+from vesdyn.refusals import argument, joined, name_shown, printable, printable_path, shown
 
 LARGEST_FILE = 1_000_000  # bytes
 MOST_BASES = 20
@@ -47,7 +47,8 @@ def load_case(path: str | os.PathLike, overrides: Sequence[str] = (), **changes)
     """
     scene = _read(path, overrides, changes)
     if scene.sweep:
-        raise CaseError(f"{scene.sweep_where}: makes many cases of this file; run them by `vesdyn batch {scene.path}`.")
+        batch = f"vesdyn batch {argument(os.fsdecode(path))}"
+        raise CaseError(f"{scene.sweep_where}: makes many cases of this file; run them by `{batch}`.")
     case = _case(scene.levels, scene.path)
     return _with_stored_defaults(case, scene) if scene.defaults is not None else case
 
@@ -84,7 +85,7 @@ def load_sweep(path, overrides=(), **changes):
     name = merged([level.keys for level in scene.levels])[0].get("name")
     cases = []
     for values in itertools.product(*sweep.values()):
-        swept = [_level(f"{where}: ", {key: value}) for key, value in zip(sweep, values)]
+        swept = [_level(f"{where}: ", {key: value}, scene.sweep_folder) for key, value in zip(sweep, values)]
         one = _Level(f"{where}: ", _together(swept))
         levels = [*below, one, *above]
         if isinstance(name, str):
@@ -100,7 +101,7 @@ def shipped_case(name):
     name = str(name).removesuffix(".yaml")
     if re.fullmatch(r"(real/)?[\w.=-]+", name):
         for folder in SHIPPED:
-            if (file := folder / f"{name}.yaml").is_file():
+            if os.path.isfile(file := folder / f"{name}.yaml"):
                 return file
     return None
 
@@ -113,6 +114,7 @@ class _Scene(NamedTuple):
     levels: list  # of _Level, the most specific last
     sweep: object
     sweep_where: str
+    sweep_folder: Path  # from which paths in it are taken
     defaults: dict | None  # of a stored case as it stands
 
 
@@ -121,27 +123,27 @@ def _read(path, overrides, changes):
     if not isinstance(path, (str, os.PathLike)):
         raise CaseError(f"{shown(path)}: is not a path; give that of a case file or the name of a shipped case.")
     path = Path(os.fsdecode(path))
-    if len(path.parts) <= 2 and not path.is_file() and (shipped := shipped_case(path)):
+    if len(path.parts) <= 2 and not os.path.isfile(path) and (shipped := shipped_case(path)):
         path = shipped
     files = _files(path, [])
     overrides = [overrides] if isinstance(overrides, str) else list(overrides)
     sets = [_override(text) for text in overrides]
     defaults = files[0][1].pop("defaults", None)
-    levels, sweep, sweep_where = [], None, ""
+    levels, sweep, sweep_where, sweep_folder = [], None, "", Path()
     for file, keys in reversed(files):  # the least specific first
         keys.pop("defaults", None)
         if "sweep" in keys:
-            sweep, sweep_where = keys.pop("sweep"), f"{printable_path(file)}: sweep"
+            sweep, sweep_where, sweep_folder = keys.pop("sweep"), f"{printable_path(file)}: sweep", file.parent
         levels.append(_level(f"{printable_path(file)}: ", keys, file.parent))
     for one in sets:
         if "sweep" in one.keys:
-            sweep, sweep_where = one.keys.pop("sweep"), "--set sweep"
+            sweep, sweep_where, sweep_folder = one.keys.pop("sweep"), "--set sweep", Path()
     if any(one.keys for one in sets):
-        levels.append(_Level("--set ", _together(sets)))
+        levels.append(_Level("--set ", _together(sets, warn=True)))
     if changes:
         levels.append(_level("", changes))
     asked = overrides or changes or sweep
-    return _Scene(printable_path(path), levels, sweep, sweep_where, None if asked else defaults)
+    return _Scene(printable_path(path), levels, sweep, sweep_where, sweep_folder, None if asked else defaults)
 
 
 def _level(where, keys, folder=Path()):
@@ -155,13 +157,21 @@ def _level(where, keys, folder=Path()):
     return _Level(where, keys)
 
 
-def _together(levels):
-    """The keys of ``levels`` that count as one level, the last one first."""
+def _together(levels, warn=False):
+    """The keys of ``levels`` that count as one level, the last one first; ``warn`` of what gives way."""
     keys = {}
     for level in levels:
         for key, value in level.keys.items():
             both = isinstance(value, dict) and isinstance(keys.get(key), dict)
-            keys[key] = keys[key] | value if both else value
+            there, here = (keys[key], value) if both else ({None: keys.get(key, value)}, {None: value})
+            for inner in there.keys() & here.keys() if warn else ():
+                if there[inner] != here[inner]:
+                    warnings.warn(
+                        f"{level.where}{printable(key if inner is None else f'{key}.{inner}')}: {shown(there[inner])}"
+                        f" gives way to {shown(here[inner])}, which is given after it.",
+                        stacklevel=4,
+                    )
+            keys[key] = there | here if both else value
     return keys
 
 
@@ -195,13 +205,15 @@ def _with_stored_defaults(case, scene):
 
 def _holds(keys, key):
     """Whether the nested dict ``keys`` has the dotted ``key``, or one above it that holds a value."""
-    for part in re.sub(r"(\[\d+\])+$", "", str(key)).split("."):
-        if not isinstance(keys, dict):
+    if not isinstance(keys, dict):
+        return True
+    for name, inner in keys.items():
+        head, rest = name_shown(name), str(key).removeprefix(name_shown(name))
+        if str(key).startswith(head) and (not rest or re.fullmatch(r"(\[\d+\])+", rest)):
             return True
-        if part not in keys:
-            return False
-        keys = keys[part]
-    return True
+        if str(key).startswith(f"{head}.") and _holds(inner, rest[1:]):
+            return True
+    return False
 
 
 def _at(keys, key):

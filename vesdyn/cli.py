@@ -4,9 +4,8 @@ Exit status 0: done; 1: the run failed; 2: the case or the command cannot be use
 """
 
 import argparse
+import errno
 import math
-import contextlib
-import os
 import sys
 import warnings
 from collections import Counter
@@ -23,45 +22,49 @@ def main(argv=None):
         if argv is None:
             interrupts.open_standard_streams()
             interrupts.watch()
-        status = _obey(_parser().parse_args(argv))
-        sys.stdout.flush()
+        status = _obey(argv)
+    except SystemExit as end:  # of --help, and where the command line cannot be understood
+        if argv is not None:
+            raise
+        status = end.code or 0
     except (KeyboardInterrupt, Exception) as error:
         if interrupts.came() or isinstance(error, KeyboardInterrupt):  # a library may make its own error of it
             return interrupts.end() if argv is None else 130
-        if isinstance(error, BrokenPipeError):  # whoever read our words has ended
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            return 0
-        if isinstance(error, OSError):
-            return _refuse(f"standard output: {error.strerror}.", 1)
         raise
-    if status == 130 and argv is None:
-        interrupts.end()
+    if argv is None:
+        if status == 130:
+            interrupts.end()
+        sys.stdout.abandon()
+        sys.stderr.abandon()
+        fault = sys.stdout.fault
+        if fault and fault.errno not in (errno.EPIPE, errno.EIO):  # else the reader has ended, or the terminal is gone
+            return _refuse(f"standard output: {fault.strerror}; let the words go elsewhere.", status or 1)
     return status
 
 
-def _obey(arguments):
-    """Carry out a command; return its exit status."""
+def _obey(argv):
+    """Carry out the command line ``argv``; return its exit status."""
     from vesdyn.errors import CaseError, RunError
 
     try:
         with warnings.catch_warnings():
             warnings.showwarning = lambda message, *_: _refuse(f"warning: {message}", None)
+            arguments = _parser().parse_args(argv)
             return arguments.command(arguments)
     except CaseError as error:
         return _refuse(error, 2)
     except RunError as error:
         return _refuse(error, getattr(error, "exit_status", 1))
-    except BrokenPipeError:
-        raise
     except OSError as error:
         return _refuse(error, 1)
 
 
 def _refuse(error, exit_status):
-    """Print the sentences of ``error`` to stderr, as far as anybody reads it; return ``exit_status``."""
-    with contextlib.suppress(OSError):
-        for sentence in str(error).splitlines():
-            print(f"vesdyn: {sentence}", file=sys.stderr)
+    """Print the sentences of ``error`` to stderr, control characters escaped; return ``exit_status``."""
+    from vesdyn.refusals import printable
+
+    for sentence in str(error).splitlines():
+        print(f"vesdyn: {printable(sentence, len(sentence))}", file=sys.stderr)
     return exit_status
 
 
@@ -165,6 +168,7 @@ def _run(arguments):
 
 def _batch(arguments):
     from vesdyn.batch import check_directory, read_cases, run_batch
+    from vesdyn.refusals import LONGEST, printable
 
     if arguments.quiet:
         warnings.simplefilter("ignore")
@@ -174,7 +178,7 @@ def _batch(arguments):
     results = run_batch(cases, arguments.out, *options)
     counts = Counter(outcome.state for _, outcome in results)
     if not arguments.quiet:
-        print(f"{arguments.out}: {', '.join(f'{number} {state}' for state, number in counts.items())}.")
+        print(f"{printable(str(arguments.out), LONGEST)}: {', '.join(f'{number} {state}' for state, number in counts.items())}.")
         if counts["interrupted"]:
             print("Go on by the same command.")
     for case, outcome in results:
@@ -230,8 +234,7 @@ def _resume(arguments):
     from vesdyn.storage import RunDirectory
 
     directory = RunDirectory(arguments.dir)
-    if not directory.path.is_dir():
-        load_case(directory.case_file)  # says that there is none
+    directory.check_there()
     changes = arguments.set + ([f"time.end={arguments.until}"] if arguments.until else [])
     case = directory.stored_case()
     if changes:
@@ -245,27 +248,28 @@ def _compute(case, directory, quiet, restart=False, decisions=()):
     if quiet:
         warnings.simplefilter("ignore")
     outcome = run_case(case, directory, progress=not quiet, restart=restart, decisions=decisions)
-    with contextlib.suppress(BrokenPipeError):
-        _tell(outcome, directory, quiet, case.scales)
-        sys.stdout.flush()
+    _tell(outcome, directory, quiet, case.scales)
     return outcome.exit_status
 
 
 def _tell(outcome, directory, quiet, scales):
     """Print how the run ended."""
+    from vesdyn.refusals import LONGEST, argument, printable
+
+    shown = printable(str(directory), LONGEST)
     if outcome.state == "failed":
-        print(f"vesdyn: {directory}: {outcome.reason}", file=sys.stderr)
+        _refuse(f"{shown}: {outcome.reason}", 1)
     elif not quiet:
-        print(f"{directory}: {outcome.reason}" if outcome.reason else f"{directory}: finished.")
+        print(f"{shown}: {outcome.reason}" if outcome.reason else f"{shown}: finished.")
     if not quiet:
         print(_figures(outcome, scales))
         if outcome.state == "finished":
             files = ("summary.png", "history.csv", "frames.xdmf", "frames.h5", "case.yaml")
-            print(f"  files: {', '.join(files)} in {directory}")
+            print(f"  files: {', '.join(files)} in {shown}")
         if outcome.note:
             print(f"  note: {outcome.note}.")
     if outcome.state == "interrupted" and not quiet:
-        print(f"Go on with it by: vesdyn resume {directory}")
+        print(f"Go on with it by: vesdyn resume {argument(directory)}")
 
 
 def _believed(error):
@@ -293,20 +297,19 @@ def _figures(outcome, scales):
 
 
 def _info(arguments):
-    from vesdyn.case_file import load_case
+    from vesdyn.refusals import argument
     from vesdyn.storage import RunDirectory
 
     directory = RunDirectory(arguments.dir)
-    if not directory.path.is_dir():
-        load_case(directory.case_file)  # says that there is none
+    directory.check_there()
     case = directory.stored_case()
     status, faults, origin = directory.status(), directory.faults(), directory.origin() or {}
     history = {} if faults else directory.history()
-    units = {row["column"]: row["unit"] for row in directory.columns()}
+    units = {} if faults else {row["column"]: row["unit"] for row in directory.described_columns()}
     state = status.get("state") or ("unknown" if history else "not begun")
     if state == "running" and not directory.busy():
         state = "killed"
-    advice = {"finished": "", "running": ""}.get(state, f"  (vesdyn resume {arguments.dir})")
+    advice = {"finished": "", "running": ""}.get(state, f"  (vesdyn resume {argument(arguments.dir)})")
     print(f"{case.name}: {'damaged' if faults else state + advice}")
     if status.get("reason"):
         print(f"  {status['reason']}")

@@ -7,16 +7,22 @@ leaves to be chosen are chosen once, in the middle of the unknowns' ranges, and 
 
 import csv
 import hashlib
+import io
 import json
-import os
 import shutil
 import warnings
+import zipfile
+import zlib
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
 
+from vesdyn import files
 from vesdyn.batch import run_batch
+from vesdyn.errors import RunError
+from vesdyn.files import make_directory, replace_file
 from vesdyn.planning import needs_planning, plan
 from vesdyn.provenance import sources_hash
 from vesdyn.quantities import COLUMNS
@@ -44,30 +50,33 @@ class Ensemble:
         names = list(self.inference.scenes)
         table = []
         for values in self.inference.values(places):
-            rows = {name: _read(self._file(name, values, accuracy)) for name in names}
+            rows = {name: _read(self._file(name, values, accuracy)) or {} for name in names}
             table.append([q.of(rows[q.case]) if rows[q.case] else np.nan for q in self.inference.quantities])
         return np.array(table).reshape(-1, len(self.inference.quantities))
 
     def remembered(self, stage):
         """Places (n, n_unknowns) that an earlier inference here noted for a ``stage`` and that lie in the priors."""
-        if not self._notes.exists():
-            return np.empty((0, len(self.inference.unknowns)))
-        with open(self._notes, newline="") as file:
-            rows = [row for row in csv.DictReader(file) if row["stage"] == stage]
         keys = list(self.inference.unknowns)
-        values = [[float(row[key]) for key in keys] for row in rows if {*row} == {"stage", *keys}]
+        values = [values for noted, *values in self._noted() if noted == stage]
         places = self.inference.places(np.array(values).reshape(-1, len(keys)))
         return places[np.all((places >= 0.0) & (places <= 1.0), axis=1)]
 
     def remember(self, stage, places):
         """Note ``places`` (n, n_unknowns) for a ``stage``: once chosen they are used again, whatever data are added."""
-        self.curves.mkdir(parents=True, exist_ok=True)
-        is_new = not self._notes.exists()
-        with open(self._notes, "a", newline="") as file:
-            writer = csv.writer(file)
-            if is_new:
-                writer.writerow(["stage", *self.inference.unknowns])
-            writer.writerows([stage, *map(repr, map(float, values))] for values in self.inference.values(places))
+        make_directory(self.curves)
+        text = io.StringIO()
+        more = [[stage, *map(float, values)] for values in self.inference.values(places)]
+        csv.writer(text).writerows([["stage", *self.inference.unknowns], *self._noted(), *more])
+        replace_file(self.curves, self._notes.name, text.getvalue().encode())
+
+    def _noted(self):
+        """Rows of stage and values of the unknowns, as far as they were noted whole."""
+        keys, rows = list(self.inference.unknowns), []
+        with suppress(OSError, ValueError, csv.Error):
+            for row in csv.DictReader(io.StringIO(self._notes.read_text(encoding="utf-8"))):
+                with suppress(KeyError, TypeError, ValueError):
+                    rows.append([row["stage"], *(float(row[key]) for key in keys)])
+        return rows
 
     @property
     def _notes(self):
@@ -78,8 +87,8 @@ class Ensemble:
         """Run what is missing, in batches; raise KeyboardInterrupt where one is interrupted."""
         wanted = {self._file(name, values, accuracy): (name, values)
                   for values in self.inference.values(places) for name in self.inference.scenes}  # fmt: skip
-        missing = [(file, *run) for file, run in wanted.items() if not file.exists()]
-        self.curves.mkdir(parents=True, exist_ok=True)
+        missing = [(file, *run) for file, run in wanted.items() if _read(file) is None]
+        make_directory(self.curves)
         for start in range(0, len(missing), _CHUNK):
             some = missing[start : start + _CHUNK]
             files = {file.stem: file for file, _, _ in some}
@@ -99,13 +108,14 @@ class Ensemble:
         if outcome.state == "finished":
             history = directory.history()
             rows = {column: history[column] for column in ("time", *COLUMNS)}
+        elif outcome.disturbed:  # it may succeed another time
+            raise RunError(f"{file.stem}: {outcome.reason}")
         else:
             warnings.warn(f"{file.stem}: {outcome.reason} The point is left out.", stacklevel=2)
-        unfinished = file.with_suffix(".part")
-        with open(unfinished, "wb") as out:
-            np.savez_compressed(out, **rows)
-        os.replace(unfinished, file)
-        shutil.rmtree(directory.path)
+        content = io.BytesIO()
+        np.savez_compressed(content, of=file.stem, **rows)
+        replace_file(file.parent, file.name, content.getvalue())
+        shutil.rmtree(directory.path, ignore_errors=True)
 
     def _file(self, name, values, accuracy):
         """Where the curve of the case ``name`` is kept, whether it is there or not."""
@@ -128,5 +138,10 @@ class Ensemble:
 
 
 def _read(file):
-    with np.load(file) as stored:
-        return {column: stored[column] for column in stored.files}
+    """Columns of a kept curve, none where the run failed; None where there is no file, or it is damaged or another's."""
+    try:
+        with np.load(io.BytesIO(files.read(file))) as stored:
+            columns = {column: stored[column] for column in stored.files}
+    except (OSError, ValueError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile, zlib.error):
+        return None
+    return columns if str(columns.pop("of", "")) == file.stem else None

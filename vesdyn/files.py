@@ -10,12 +10,15 @@ import errno
 import hashlib
 import io
 import os
+import stat
 from contextlib import suppress
+from pathlib import Path
 
 import h5py
 import numpy as np
 
 from vesdyn.errors import RunError
+from vesdyn.refusals import LONGEST, printable
 
 PART = ".part"  # ends the name of a file that is being written
 _BLOCK = 512  # bytes before an HDF5 image
@@ -43,7 +46,7 @@ class Damage(ValueError):
 def write_error(directory, name, error):
     """The `WriteError` for the OSError ``error`` at the file ``name`` of ``directory``."""
     reason, remedy = _REASONS.get(error.errno, (error.strerror or str(error), "put that right"))
-    return WriteError(f"{directory}: {reason} ({name}); {remedy} and give the same command again.")
+    return WriteError(f"{printable(str(directory), LONGEST)}: {reason} ({name}); {remedy} and give the same command again.")
 
 
 def replace_file(directory, name, content, kept_as=None):
@@ -55,7 +58,7 @@ def replace_file(directory, name, content, kept_as=None):
     file, part = directory / name, directory / f"{name}{PART}"
     try:
         try:
-            handle = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
+            handle = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_NOFOLLOW, 0o666)
             try:
                 write_all(handle, content)
                 sync(handle)
@@ -71,6 +74,18 @@ def replace_file(directory, name, content, kept_as=None):
         sync_directory(file.parent)
     except OSError as error:
         raise write_error(directory, name, error) from None
+
+
+def read(file):
+    """The bytes of the regular ``file`` (a path); raise OSError, also where it is a pipe or a device, without end."""
+    check_regular(file)
+    return Path(file).read_bytes()
+
+
+def check_regular(file):
+    """Raise OSError where ``file`` (a path) is no regular file."""
+    if not stat.S_ISREG(os.stat(file).st_mode):
+        raise OSError(errno.EINVAL, "Is not a regular file", str(file))
 
 
 def write_all(handle, content):
@@ -99,6 +114,25 @@ def sync_directory(directory):
             raise
     finally:
         os.close(handle)
+
+
+def why_no_directory(path):
+    """The clause that says why no directory to write in can be at ``path``, and what to do; None if one can."""
+    for place in (path, *path.absolute().parents):
+        try:
+            is_directory = stat.S_ISDIR(os.stat(place).st_mode)
+        except FileNotFoundError:
+            if os.path.islink(place):
+                return f"{printable(str(place), LONGEST)} is a link to nothing; choose another --out."
+            continue
+        except NotADirectoryError:
+            continue
+        except OSError as error:
+            return f"{error.strerror}; choose another --out."
+        shown = printable(str(place), LONGEST)
+        if not is_directory:
+            return f"{shown} is a file, not a directory; choose another --out."
+        return None if os.access(place, os.W_OK | os.X_OK) else f"nothing may be written in {shown}; allow it or choose another --out."
 
 
 def make_directory(directory, name="."):
@@ -153,11 +187,21 @@ def image_checksum(content):
 
 def read_head(file):
     """The ``head`` of the image in ``file`` (a path), not compared with its checksum; raise `Damage` without one."""
-    with open(file, "rb") as handle:
-        block = handle.read(_BLOCK)
+    return _block(file)[_MARK_LINE:].split(b"\n", 1)[0].decode(errors="replace")
+
+
+def carried_checksum(file):
+    """The checksum in the image in ``file`` (a path), not compared with the rest; raise `Damage` without one."""
+    return _block(file)[len(_MARK) : _MARK_LINE - 1].decode(errors="replace")
+
+
+def _block(file):
+    check_regular(file)
+    with open(file, "rb") as opened:
+        block = opened.read(_BLOCK)
     if len(block) < _BLOCK or not block.startswith(_MARK):
         raise Damage("is damaged")
-    return block[_MARK_LINE:].split(b"\n", 1)[0].decode(errors="replace")
+    return block
 
 
 def read_image(content):

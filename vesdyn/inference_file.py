@@ -6,6 +6,7 @@ configs/inference/ holds examples, whose comments say what each key means.
 import copy
 import csv
 import itertools
+import os
 import re
 from pathlib import Path
 from typing import Literal, NamedTuple
@@ -14,9 +15,11 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from vesdyn import plain_yaml
-from vesdyn.case_file import load_case
+from vesdyn.case_file import LARGEST_FILE, load_case
 from vesdyn.errors import CaseError
+from vesdyn.files import check_regular
 from vesdyn.quantities import COLUMNS, Formula, Quantity
+from vesdyn.refusals import printable_path
 
 MOST_TIMES = 200  # of a measured curve: each is emulated
 Range = float | tuple[float, float]
@@ -251,11 +254,13 @@ def read_held(inference, texts):
 def read_measured(path):
     """Rows (time [a0^2/D], value, standard error) of a CSV file with these columns. Raises CaseError."""
     try:
-        with open(path, newline="") as file:
-            rows = [tuple(float(row[key]) for key in ("time", "value", "error")) for row in csv.DictReader(file)]
+        lines = _contents(path).decode("utf-8-sig").splitlines()
+        rows = [tuple(float(row[key]) for key in ("time", "value", "error")) for row in csv.DictReader(lines)]
+    except CaseError:
+        raise
     except OSError as error:
         raise CaseError(f"{path}: {error.strerror}; give the path of a CSV file.") from None
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, csv.Error):
         raise CaseError(f"{path}: not a curve; give a CSV file with the columns time, value and error.") from None
     if not 0 < len(rows) <= MOST_TIMES:
         raise CaseError(f"{path}: {len(rows)} times; give 1 to {MOST_TIMES}, thinned out if need be.")
@@ -266,9 +271,9 @@ def read_measured(path):
 
 def _specification(path):
     try:
-        raw = plain_yaml.read(path.read_bytes(), path)
+        raw = plain_yaml.read(_contents(path), printable_path(path))
     except OSError as error:
-        raise CaseError(f"{path}: {error.strerror}; give the path of an inference file.") from None
+        raise CaseError(f"{printable_path(path)}: {error.strerror}; give the path of an inference file.") from None
     if not isinstance(raw, dict):
         raise CaseError(f"{path}: not a mapping of keys to values; configs/inference/ has examples.")
     try:
@@ -276,6 +281,14 @@ def _specification(path):
     except ValidationError as error:
         sentences = (f"{'.'.join(map(str, e['loc']))}: {e['msg'].removeprefix('Value error, ')}" for e in error.errors())
         raise CaseError("\n".join(f"{path}: {sentence}; correct it." for sentence in sentences)) from None
+
+
+def _contents(path):
+    """The bytes of the regular file ``path``; raise CaseError where it is larger than an input may be."""
+    check_regular(path)
+    if os.path.getsize(path) > LARGEST_FILE:
+        raise CaseError(f"{printable_path(path)}: has more than {LARGEST_FILE:,} bytes; give a smaller file.")
+    return path.read_bytes()
 
 
 def _without_percents(raw):

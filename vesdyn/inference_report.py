@@ -4,6 +4,7 @@ Every number of these files is written here from a `vesdyn.inference.Result`; no
 """
 
 import csv
+import io
 import time
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,6 +14,7 @@ import numpy as np
 
 from vesdyn.ensemble import Ensemble
 from vesdyn.errors import CaseError
+from vesdyn.files import make_directory, replace_file
 from vesdyn.inference import INTERVAL, SETS, UNDETERMINED, infer, sample, sample_directly, trials
 
 _PRIOR_WIDTH = INTERVAL[1] - INTERVAL[0]  # of the places of an unknown
@@ -57,7 +59,7 @@ def carry_out(inference, directory, jobs=None, scheduler=None, held=None, n_dire
 def write(result, directory, notes=()):
     """Write the files of ``result`` to ``directory``; ``notes`` are further sections, pairs of a title and lines."""
     directory = Path(directory)
-    directory.mkdir(parents=True, exist_ok=True)
+    make_directory(directory)
     sections = [
         ("Unknowns", unknowns(result)),
         *([("Readings", readings(result))] if result.inference.readings else []),
@@ -70,7 +72,7 @@ def write(result, directory, notes=()):
     lines = [f"# Inference {result.inference.name}", "", _opening(result)]
     for title, body in sections:
         lines += ["", f"## {title}", "", *body]
-    (directory / "report.md").write_text("\n".join(lines) + "\n")
+    replace_file(directory, "report.md", ("\n".join(lines) + "\n").encode())
     write_samples(result, directory / "samples.csv")
     write_points(result, directory / "points.csv")
     if result.verdicts:
@@ -299,10 +301,17 @@ def write_claims(result, path):
 
 
 def _write_csv(path, header, rows):
-    with open(path, "w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(header)
-        writer.writerows(rows)
+    text = io.StringIO()
+    csv.writer(text).writerows([header, *rows])
+    replace_file(path.parent, path.name, text.getvalue().encode())
+
+
+def _store(figure, directory, name, **options):
+    """Store ``figure`` as ``name``.png and .pdf."""
+    for suffix in ("png", "pdf"):
+        drawn = io.BytesIO()
+        figure.savefig(drawn, format=suffix, dpi=200, **options)
+        replace_file(Path(directory), f"{name}.{suffix}", drawn.getvalue())
 
 
 # Pictures ------------------------------------------------------------------------------------------------
@@ -341,8 +350,7 @@ def draw_corner(result, directory):
             ax.set_ylim(0.0, 1.05 * max(patch.get_xy()[:, 1].max() for patch in ax.patches))
         handles = [Line2D([], [], color=color, label=name) for color, name in zip(_COLORS, some)]
         figure.legend(handles=handles, loc="upper right", title="contours: 50 and 90 %", title_fontsize=7)
-        for suffix in ("png", "pdf"):
-            figure.savefig(Path(directory) / f"corner.{suffix}", dpi=200, bbox_inches="tight")
+        _store(figure, directory, "corner", bbox_inches="tight")
 
 
 def draw_predictive(result, directory):
@@ -384,8 +392,7 @@ def draw_predictive(result, directory):
             ax.set_axis_off()
         handles = [axes[0].plot([], [], color=color, label=name)[0] for color, name in zip(_COLORS, some)]
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
-        for suffix in ("png", "pdf"):
-            figure.savefig(Path(directory) / f"predictive.{suffix}", dpi=200)
+        _store(figure, directory, "predictive")
 
 
 _MOST_PANELS = 40

@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM: heard within two seconds wherever the program is, and a second one stops at once.
+"""SIGINT, SIGTERM and SIGHUP: heard within two seconds wherever the program is, and a second one stops at once.
 
 A loop that asks (`interrupts`) ends in good order. Where nobody asks, as while kernels are compiled, the signal turns
 into a KeyboardInterrupt; and where Python itself does not come to its turn, `watch` ends the process. A run may be
@@ -14,7 +14,7 @@ import threading
 from contextlib import contextmanager
 
 PATIENCE = 1.5  # with a loop that does not ask [s]
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 _came = threading.Event()  # an interrupt has been raised; a library may turn it into an error of its own
 _heard = threading.Event()  # the loop has asked since the signal, so `watch` may leave the rest to it
@@ -63,15 +63,19 @@ class Asked:
         self._name = signal.Signals(number).name
 
 
+def _is_under_nohup(number):
+    return number == signal.SIGHUP and signal.getsignal(number) is signal.SIG_IGN
+
+
 @contextmanager
 def interrupts():
-    """Yield an `Asked` for the first SIGINT or SIGTERM; a second one, or one not asked for, is a KeyboardInterrupt."""
+    """Yield an `Asked` for the first of `SIGNALS`; a second one, or one not asked for, is a KeyboardInterrupt."""
     asked = Asked()
     if threading.current_thread() is not threading.main_thread():  # only the main thread may handle signals
         yield asked
         return
     _heard.clear()
-    before = {number: signal.signal(number, asked._receive) for number in SIGNALS}
+    before = {number: signal.signal(number, asked._receive) for number in SIGNALS if not _is_under_nohup(number)}
     try:
         yield asked
     finally:
@@ -127,10 +131,44 @@ def on_terminal(stream):
         return False
 
 
-def open_standard_streams():
-    """Put the null device in the place of standard streams that were closed; for the command line.
+class Forgiving:
+    """A stream of words about a computation, which goes on where they cannot be written: its first ``fault`` is kept."""
 
-    Without it the next file that is opened gets the number of the closed one, and what libraries print into it.
+    def __init__(self, stream):
+        self._stream, self.fault = stream, None
+
+    def __getattr__(self, name):
+        return getattr(self._stream, name)
+
+    def write(self, text):
+        try:
+            return self._try(self._stream.write, text)
+        except UnicodeEncodeError:
+            encoding = self._stream.encoding
+            return self._try(self._stream.write, text.encode(encoding, "backslashreplace").decode(encoding))
+
+    def flush(self):
+        self._try(self._stream.flush)
+
+    def _try(self, call, *arguments):
+        if self.fault is None:
+            try:
+                return call(*arguments)
+            except OSError as error:  # the reader has ended, the disk is full, the terminal is gone
+                self.fault = error
+
+    def abandon(self):
+        """Let what is still held back go nowhere, so that the end of the process does not stumble over it."""
+        self.flush()
+        if self.fault is not None:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), self._stream.fileno())
+
+
+def open_standard_streams():
+    """Make words that cannot be written no error, of streams that were closed as well; for the command line.
+
+    Without the null device in its place the next file that is opened gets the number of a closed stream, and what
+    libraries print into it.
     """
     for number in range(3):
         try:
@@ -140,3 +178,4 @@ def open_standard_streams():
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
+        setattr(sys, name, Forgiving(getattr(sys, name)))

@@ -25,6 +25,7 @@ from vesdyn.pictures import (
     project,
     shape_of,
 )
+from vesdyn.refusals import printable_path
 from vesdyn.results import Run
 
 FEWEST = 2  # shapes that make a movie
@@ -50,13 +51,13 @@ def write_movie(
     file, frames = Path(file), run.frames
     if len(frames) < FEWEST:
         raise CaseError(
-            f"{run.path}: holds {len(frames)} stored shape{'s' * (len(frames) != 1)}, too few for a movie; ask for more,"
+            f"{printable_path(run.path)}: holds {len(frames)} stored shape{'s' * (len(frames) != 1)}, too few for a movie; ask for more,"
             " such as output.frames: {count: 50}."
         )
     if file.suffix not in (".mp4", ".gif"):
-        raise CaseError(f"{file}: is neither .mp4 nor .gif; give a name that ends in one of them.")
+        raise CaseError(f"{printable_path(file)}: is neither .mp4 nor .gif; give a name that ends in one of them.")
     if file.suffix == ".mp4" and not FFMpegWriter.isAvailable():
-        raise CaseError(f"{file}: MP4 is made by the program ffmpeg, which is not here; install it, or write a .gif.")
+        raise CaseError(f"{printable_path(file)}: MP4 is made by the program ffmpeg, which is not here; install it, or write a .gif.")
     topology = topology_of(frames[0].connectivity)
     shapes = [_turned(shape_of(frame, topology), turn) for frame in frames]
     history, scales = run.history, run.case.scales

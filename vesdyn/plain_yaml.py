@@ -68,6 +68,8 @@ def read(text, source):
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         problem = error.problem or error.context or "is no YAML"
+        if problem.startswith("but ") and error.context:
+            problem = f"{error.context}, {problem}"
         for token, name in _NAMES.items():
             problem = problem.replace(token, name)
         raise _refusal(source, mark.line if mark else 0, problem) from None

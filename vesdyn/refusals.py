@@ -5,11 +5,14 @@ the words of the library that found the fault.
 """
 
 import difflib
+import os
+import shlex
 
 from vesdyn import plain_yaml
 
 LONGEST_VALUE = 60
 LONGEST_PATH = 100
+LONGEST = 4096  # that a path can be
 MOST_SENTENCES = 20
 
 _NUMBER = "is not a number; write a plain one such as 0.07, without quotes or units."
@@ -46,6 +49,16 @@ def printable_path(path):
     """The ``path`` on one line, control characters escaped; of a long one the end."""
     text = printable(str(path), 5000)
     return text if len(text) <= LONGEST_PATH else f"...{text[3 - LONGEST_PATH :]}"
+
+
+def argument(path):
+    """The ``path`` as a command in a sentence has it: quoted where a shell needs that, control characters escaped."""
+    text = str(path)
+    text = f"./{text}" if text.startswith("-") else text
+    if text.isprintable():
+        return shlex.quote(text)
+    plain = (c if c.isprintable() and c not in "'\\" else "".join(f"\\x{b:02x}" for b in os.fsencode(c)) for c in text)
+    return f"$'{''.join(plain)}'"
 
 
 def number(value):
@@ -129,8 +142,13 @@ def _key(location):
         if isinstance(part, int):
             dotted += f"[{part}]"
         else:
-            dotted += ("." if dotted else "") + (printable(part, 40) or "''")
+            dotted += ("." if dotted else "") + name_shown(part)
     return dotted
+
+
+def name_shown(name):
+    """The ``name`` of a key as sentences have it."""
+    return printable(str(name), 40) or "''"
 
 
 def _sentence(error, sections):

@@ -64,7 +64,7 @@ class Run:
         self.case: Case = self._directory.stored_case()
 
     def __repr__(self) -> str:
-        return f"<run {self.case.name} in {self.path}: {self.status.get('state', 'not begun')}>"
+        return f"<run {self.case.name} in {self._directory}: {self.status.get('state', 'not begun')}>"
 
     @property
     def status(self) -> dict:
@@ -78,36 +78,41 @@ class Run:
         Raises vesdyn.storage.DamagedRunError if it is not as it was written.
         """
         self._directory.verify_history()
-        described = self._directory.columns()
+        described = self._directory.described_columns()
         units = {row["column"]: row["unit"] for row in described}
         meanings = {row["column"]: row["meaning"] for row in described}
         return History(self._directory.history(), units, meanings, self.case.scales)
 
     @property
     def frames(self) -> Sequence[Frame]:
-        """Stored shapes in the order of time, each read when it is asked for."""
+        """Stored shapes in the order of time, each read when it is asked for.
+
+        Raises vesdyn.storage.DamagedRunError if one is gone or is not the one that the run stored.
+        """
         return self._directory.frames()
 
     @property
     def times(self) -> list[float]:
         """Times of the stored shapes [a0^2/D]."""
-        return self._directory.frame_times()
+        return self._directory.frame_times()[: len(self.frames)]
 
     @property
     def final(self) -> Frame:
         """The last stored shape; of a finished run that of its last state."""
-        return self.frames[-1] if len(self.frames) else self._no_frame("at all")
+        frames = self.frames
+        return frames[-1] if len(frames) else self._no_frame("at all")
 
     def frame(self, time: float) -> Frame:
         """The shape stored at ``time`` [a0^2/D]; raise CaseError, with the times there are, if there is none."""
-        for number, stored in enumerate(self.times):
+        frames = self.frames
+        for number, stored in enumerate(self._directory.frame_times()[: len(frames)]):
             if abs(stored - time) <= SAME_TIME * max(1.0, abs(time)):
-                return self.frames[number]
+                return frames[number]
         return self._no_frame(f"at t = {time:g}")
 
     def _no_frame(self, when):
         there = ", ".join(f"{t:g}" for t in self.times) or "none"
-        raise CaseError(f"{self.path}: holds no frame {when}; there are {there}; name others under output.frames.")
+        raise CaseError(f"{self._directory}: holds no frame {when}; there are {there}; name others under output.frames.")
 
     def profile(self, time: float) -> Profile:
         """Density and height along the membrane at ``time``, which must be that of a stored shape.

@@ -20,12 +20,12 @@ from vesdyn.budget import FIXED_STEP_ERROR, WISHED_FROM
 from vesdyn.case import Case, check_is_case
 from vesdyn.diagnostics import COLUMNS, Column, Moment, own_columns
 from vesdyn.files import WriteError
-from vesdyn.interrupts import interrupts, on_terminal
+from vesdyn.interrupts import Forgiving, interrupts, on_terminal
 from vesdyn.kinds import KINDS
 from vesdyn.planning import compression_note, needs_planning, plan
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import is_over, march
-from vesdyn.storage import DamagedRunError, RunDirectory
+from vesdyn.storage import RunDirectory
 
 _ROUNDED = 1.1  # of the wish: edges are chosen to two digits
 _ASSUMED_RADIUS = 0.15  # [a0] of the front when the wish begins to count, before that is known; the paper's: 0.1 to 0.3
@@ -38,7 +38,8 @@ class Outcome:
     ``state`` is finished, interrupted or failed, ``reason`` a sentence; ``time`` [a0^2/D] and ``steps`` from
     t = 0; ``wall_time`` [s] over all sittings; ``binding_area`` [a0^2] is the last and ``area_error`` the relative
     error that it is believed to have, NaN where that is not known; ``volume_error`` and ``receptor_number_error`` are
-    the largest relative ones of any step; ``note`` is what the run could not show or keep.
+    the largest relative ones of any step; ``note`` is what the run could not show or keep. A failure is ``disturbed``
+    where the scene has no part in it, but a full disk, a lost process or the like.
     """
 
     state: str
@@ -51,6 +52,7 @@ class Outcome:
     receptor_number_error: float = 0.0
     note: str | None = None
     area_error: float = math.nan
+    disturbed: bool = False
 
     @property
     def exit_status(self):
@@ -86,7 +88,7 @@ def run_case(
     `vesdyn.diagnostics.Moment` after each step and may return a reason to stop there, as if interrupted (a few words, or
     True); ``columns`` are further `vesdyn.Column` of the history.
 
-    An interrupt (SIGINT, SIGTERM) gives the step in hand up, stores a checkpoint and stops; a second one
+    An interrupt (SIGINT, SIGTERM, SIGHUP) gives the step in hand up, stores a checkpoint and stops; a second one
     stops at once, and what was done since the last checkpoint is done again later. ``progress`` shows a bar
     if stderr is a terminal. ``restart`` removes an earlier run first. ``decisions`` are stored with the case.
     ``stop`` is asked every few tenths of a second for a reason to stop. Without ``picture`` no summary is drawn.
@@ -104,7 +106,7 @@ def run_case(
     with directory.claim(case, restart, decisions):
         if directory.status().get("state") == "finished":
             directory.verify(directory.finished_marks())
-            for name in directory.mend():
+            for name in directory.mend(_described(case, columns)):
                 warnings.warn(f"{directory.path}: {name} was damaged or gone and is made anew.", stacklevel=2)
             if picture and not directory.summary_file.exists():
                 _draw(directory)
@@ -187,12 +189,9 @@ class _Interrupted(Exception):
 
 def _start(case, directory, columns):
     """Return the scene and its state as the directory left it: at its checkpoint, or else at t = 0."""
-    described = [(column.name, column.unit, column.meaning) for column in (*COLUMNS, *columns)]
-    if case.scales:
-        described = [(name, unit, meaning, case.scales.in_si(unit)) for name, unit, meaning in described]
     sim = Spreading(case)
     checkpoint = directory.restore(case)
-    directory.write_columns(described)
+    directory.write_columns(_described(case, columns))
     if checkpoint is None:
         state = sim.start()
         directory.write_frame(state.time, *Moment(sim, state).frame())
@@ -200,7 +199,13 @@ def _start(case, directory, columns):
     try:
         return sim, sim.restored(checkpoint)
     except ValueError as error:
-        raise DamagedRunError(f"{directory.path}: {error}; start it anew with --restart.") from None
+        raise directory.remedy(error) from None
+
+
+def _described(case, columns):
+    """Name, unit and meaning of each column of the history, and the unit in SI where the case gives its scales."""
+    described = [(column.name, column.unit, column.meaning) for column in (*COLUMNS, *columns)]
+    return [(*one, case.scales.in_si(one[1])) for one in described] if case.scales else described
 
 
 def _rest(case, directory, moment):
@@ -302,7 +307,7 @@ def _progress_bar(start, end, wanted):
         TimeRemainingColumn(),
         TextColumn("left"),
     )
-    with Progress(*columns, console=Console(stderr=True)) as bar:
+    with Progress(*columns, console=Console(file=Forgiving(sys.stderr))) as bar:
         task = bar.add_task("", total=end, completed=start, time=start, binding_area=0.0, residual=0.0)
 
         def show(row):

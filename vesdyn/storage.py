@@ -38,15 +38,16 @@ from xml.sax.saxutils import quoteattr
 
 import h5py
 import numpy as np
+import psutil
 import yaml
 
-from vesdyn import files
+from vesdyn import files, plain_yaml
 from vesdyn.case import continuation_conflicts
-from vesdyn.case_file import load_case
+from vesdyn.case_file import LARGEST_FILE, load_case
 from vesdyn.errors import CaseError, RunError
-from vesdyn.files import Damage
+from vesdyn.files import Damage, WriteError
 from vesdyn.provenance import provenance, sources_hash
-from vesdyn.refusals import shown
+from vesdyn.refusals import LONGEST, argument, printable, shown
 
 STATES = ("running", "interrupted", "finished", "failed")
 UNITS = "length a0, time a0^2/D, energy kT, density c_r0"
@@ -115,9 +116,12 @@ class RunDirectory:
     """
 
     def __init__(self, path):
-        if not isinstance(path, (str, os.PathLike)):
-            raise RunDirectoryError(f"{shown(path)}: is not a path; give that of a directory.")
-        self.path = Path(path)
+        try:
+            self.path = Path(path)
+            if b"\0" in os.fsencode(self.path):
+                raise ValueError
+        except (TypeError, ValueError):
+            raise RunDirectoryError(f"{shown(path)}: is not a path; give that of a directory.") from None
         self.case_file = self.path / "case.yaml"
         self.status_file = self.path / "status.yaml"
         self.history_file = self.path / "history.csv"
@@ -129,27 +133,41 @@ class RunDirectory:
         self.checkpoint_previous = self.path / "checkpoint_previous.h5"
         self.summary_file = self.path / "summary.png"
         self._lock_file = self.path / ".lock"
+        self._held = None  # device and number of the directory, once it is claimed
+        self._case = self._columns = None  # case.yaml as it then is, and columns.csv
         self._history = self._header = None  # the open file, its running checksum and its size; its first line
         self._written = None  # a `_Written` for each frame
         self._indexed = None  # how many of them the series name
+
+    def __str__(self):
+        return printable(str(self.path), LONGEST)
 
     # Whose it is
 
     def check_usable(self):
         """Raise RunDirectoryError if no run can be stored here, whatever its case: it is a file, or not ours."""
-        above = next(path for path in (self.path, *self.path.absolute().parents) if path.exists())
-        if not above.is_dir():
-            raise RunDirectoryError(f"{self.path}: {above} is a file, not a directory; choose another --out.")
-        if not os.access(above, os.W_OK | os.X_OK):
-            raise RunDirectoryError(f"{self.path}: nothing may be written in {above}; allow it or choose another --out.")
-        if above == self.path and not self.holds_run() and any(self._foreign()):
-            raise RunDirectoryError(f"{self.path}: has files but no run in it; choose another --out.")
+        if fault := files.why_no_directory(self.path):
+            raise RunDirectoryError(f"{self}: {fault}")
+        if os.path.exists(self.path) and not self.holds_run() and any(self._foreign()):
+            raise RunDirectoryError(f"{self}: has files but no run in it; choose another --out.")
+
+    def check_there(self):
+        """Raise RunDirectoryError if there is no directory that can be read."""
+        advice = "give the directory of a run, or begin one by `vesdyn run CASE`"
+        try:
+            os.stat(self.path)
+        except OSError as error:
+            raise RunDirectoryError(f"{self}: {error.strerror}; {advice}.") from None
+        if not os.path.isdir(self.path):
+            raise RunDirectoryError(f"{self}: is no directory; {advice}.")
+        if not os.access(self.path, os.R_OK | os.X_OK):
+            raise RunDirectoryError(f"{self}: may not be read; allow it.")
 
     def holds_run(self):
         """True where a run was begun here, be it damaged."""
         if self.origin() is not None:
             return True
-        left = [file for file in self._own_files() if file.exists()]
+        left = [file for file in self._own_files() if os.path.exists(file)]
         return len(left) > 1 and bool({self.status_file, self.checkpoint_file, self.checkpoint_previous} & set(left))
 
     def _foreign(self):
@@ -174,24 +192,27 @@ class RunDirectory:
         with self._lock() as held:
             if not held:
                 raise BusyError(
-                    f"{self.path}: another process is running in it; wait for that one or choose another --out."
+                    f"{self}: another process is running in it; wait for that one or choose another --out."
                 )
             self.check_usable()
             try:
+                self._held = _identity(self.path)
                 if restart or not self.holds_run():
                     self.clear_results()
                     self._write_case(case, provenance() | {"warnings": case.warnings(), "decisions": list(decisions)})
                 else:
                     self._go_on(case)
+                self._case = _small_text(self.case_file)
                 yield self
             finally:
                 self._close_history()
+                self._held = self._case = self._columns = None
 
     def origin(self):
         """Return the provenance stored with the case, or None if there is none that can be read."""
         try:
-            stored = yaml.safe_load(self.case_file.read_text(encoding="utf-8"))
-        except (OSError, ValueError, yaml.YAMLError, RecursionError):
+            stored = plain_yaml.read(_small_text(self.case_file), self.case_file)
+        except (OSError, ValueError):
             return None
         origin = stored.get("provenance") if isinstance(stored, dict) else None
         return origin if isinstance(origin, dict) else None
@@ -201,7 +222,7 @@ class RunDirectory:
         try:
             with self._lock() as held:
                 return not held
-        except files.WriteError:  # nobody can run where nothing can be written
+        except WriteError:  # nobody can run where nothing can be written
             return False
 
     @contextmanager
@@ -226,28 +247,52 @@ class RunDirectory:
             with suppress(OSError):
                 os.close(handle)
 
+    def _check_held(self):
+        """Raise vesdyn.files.WriteError if, since the directory was claimed, it or its history became another one.
+
+        A run whose directory was moved, removed or replaced would go on in a new one of the old name.
+        """
+        if self._held is None:
+            return
+        changed = None
+        if _identity(self.path) != self._held:
+            changed = "the directory"
+        elif self._history is not None and _identity(self.history_file) != _identity(self._history[0]):
+            changed = self.history_file.name
+        elif self._history is not None and os.fstat(self._history[0]).st_size != self._history[2]:
+            changed = self.history_file.name
+        if changed:
+            raise WriteError(
+                f"{self}: {changed} was changed, moved or removed while the run went on; put it back as it was and"
+                " give the same command again."
+            )
+
     def stored_case(self):
         """Return the case of the run, from case.yaml or, where that is damaged, from a checkpoint.
 
-        Warns in the second case. Raises DamagedRunError if neither can be read.
+        Warns in the second case, and where case.yaml was changed after the run had finished. Raises DamagedRunError
+        if neither can be read.
         """
-        if self.origin() is not None:
+        self.check_there()
+        if self.origin() is not None and not self._case_was_changed():
             with suppress(CaseError):
                 return load_case(self.case_file)
         for checkpoint in self._checkpoints():
             with suppress(Damage):
                 case = _case_of(checkpoint.case_text)
                 warnings.warn(
-                    f"{self.case_file}: is damaged or gone; the case is taken from the checkpoint.", stacklevel=2
+                    f"{self}: case.yaml is changed, damaged or gone; the case is taken from the checkpoint.", stacklevel=2
                 )
                 return case
+        if self._case_was_changed():
+            raise self._damaged(self.case_file, "was changed after the run had finished; put it back as it was, or")
         if self.origin() is not None:
             raise DamagedRunError(
-                f"{self.path}: holds a run whose case this version cannot read; start it anew with --restart"
-                " or choose another --out."
+                f"{self}: holds a run whose case this version cannot read; replace it by `{self._restart('CASE')}` or"
+                " choose another --out."
             )
         if not self.holds_run():
-            raise RunDirectoryError(f"{self.path}: holds no run; `vesdyn run CASE --out {self.path}` begins one.")
+            raise RunDirectoryError(f"{self}: holds no run; `vesdyn run CASE --out {argument(self.path)}` begins one.")
         raise self._damaged(self.case_file, "is damaged or gone, and no checkpoint tells the case;")
 
     def check_same(self, case):
@@ -258,17 +303,17 @@ class RunDirectory:
         reached = max((c.state.get("time", 0.0) for c in self._checkpoints()), default=0.0)
         if conflicts := continuation_conflicts(stored, case, reached):
             raise RunDirectoryError(
-                f"{self.path}: holds a run of a different case ({', '.join(conflicts)}); replace it with --restart"
-                " or choose another --out."
+                f"{self}: holds a run of a different case ({', '.join(conflicts)}); replace it by"
+                f" `{self._restart('CASE')}` or choose another --out."
             )
 
     def _go_on(self, case):
         """Take up the run that is there: note what is other than it was, restore a damaged case.yaml."""
         self.check_same(case)
         origin, stored = self.origin(), self.stored_case()
-        if origin is None:
+        if origin is None or self._case_was_changed():
             texts = [checkpoint.case_text for checkpoint in self._checkpoints()]
-            origin = yaml.safe_load(texts[0])["provenance"]
+            origin = plain_yaml.read(texts[0], self.case_file)["provenance"]
             self._write_case(stored, origin)
         finished = self.status().get("state") == "finished"
         changes = [f"{key}: {old} -> {new}" for key, old, new in _differences(stored, case)]
@@ -276,28 +321,33 @@ class RunDirectory:
             self._tell_other_sources(origin)
             return
         now = provenance()
-        so_far = {**origin, **(origin.get("resumed_with") or [{}])[-1]}
+        so_far = _latest(origin)
         others = [key for key, value in now.items() if key != "date" and value != so_far.get(key)]
         if others:
             warnings.warn(
-                f"{self.path}: goes on with another {', '.join(others)}, so the result may differ in its last bits"
+                f"{self}: goes on with another {', '.join(others)}, so the result may differ in its last bits"
                 " from that of an uninterrupted run.",
                 stacklevel=4,
             )
         if changes:
-            warnings.warn(f"{self.path}: goes on with a changed case ({', '.join(changes)}).", stacklevel=4)
+            warnings.warn(f"{self}: goes on with a changed case ({', '.join(changes)}).", stacklevel=4)
         if others or changes:
             origin.setdefault("resumed_with", []).append(now | ({"changes": changes} if changes else {}))
             self._write_case(case, origin)
         if finished:
             self.write_status("running", wall_time=self.status()["wall_time"])
 
+    def sources(self):
+        """Return the hash of the sources that computed the run last, or None where that is not known."""
+        origin = self.origin() or {}
+        return _latest(origin).get("sources")
+
     def _tell_other_sources(self, origin):
-        last = {**origin, **(origin.get("resumed_with") or [{}])[-1]}
+        last = _latest(origin)
         if last.get("sources") != sources_hash():
             warnings.warn(
-                f"{self.path}: was computed by other sources (vesdyn {last.get('vesdyn')}, commit"
-                f" {last.get('commit')}); --restart computes it by these.",
+                f"{self}: was computed by other sources (vesdyn {last.get('vesdyn')}, commit"
+                f" {last.get('commit')}); `{self._restart()}` computes it by these.",
                 stacklevel=4,
             )
 
@@ -307,9 +357,14 @@ class RunDirectory:
 
     def _case_text(self):
         try:
-            return _without_provenance(self.case_file.read_text(encoding="utf-8"))
+            return _without_provenance(_small_text(self.case_file))
         except (OSError, ValueError):
             return None
+
+    def _case_was_changed(self):
+        """Whether case.yaml is not that of the finished run beside it."""
+        text, of_run = self._case_text(), self.status().get("case")
+        return None not in (text, of_run) and files.checksum(text.encode()) != of_run
 
     def _own_files(self):
         """The files that a run may leave, frames excepted; those that speak for others come first."""
@@ -340,7 +395,7 @@ class RunDirectory:
 
     def _remove_frames(self, first):
         """Remove the frames from the ``first`` on (a number), and what was left of one that was being written."""
-        for file in self.frames_folder.glob("*") if self.frames_folder.is_dir() else ():
+        for file in self.frames_folder.glob("*") if os.path.isdir(self.frames_folder) else ():
             number = re.fullmatch(rf"(\d{{4,}})\.h5({re.escape(files.PART)})?", file.name)
             if number and (int(number[1]) >= first or number[2]):
                 files.remove_file(self.path, f"frames/{file.name}")
@@ -348,30 +403,51 @@ class RunDirectory:
     # Status
 
     def status(self):
-        """Return the stored status; empty before the first run and where it is damaged.
+        """Return the stored status; empty before the first run and where it is damaged or of another version.
 
-        It has ``state``, ``reason``, ``wall_time`` [s] and, once finished, the `Marks` and the picture's checksum.
+        It has ``state``, ``reason``, ``wall_time`` [s] and, once finished, the `Marks`, and the checksums of case,
+        columns and picture.
         """
         try:
-            text = self.status_file.read_text(encoding="utf-8")
-            body, _, last = text.rpartition("checksum: ")
-            status = yaml.safe_load(body)
-        except (OSError, ValueError, yaml.YAMLError):
+            body, _, last = _small_text(self.status_file).rpartition("checksum: ")
+            if files.checksum(body.encode()) + "\n" != last:
+                return {}
+            status = plain_yaml.read(body, self.status_file)
+            status["reason"], status["wall_time"] = str(status["reason"]), float(status["wall_time"])
+            if status["state"] == "finished":
+                status["marks"] = Marks(**status["marks"])
+        except (OSError, KeyError, TypeError, ValueError):
             return {}
-        whole = files.checksum(body.encode()) + "\n" == last
-        return status if whole and isinstance(status, dict) and status.get("state") in STATES else {}
+        return status if status["state"] in STATES else {}
 
     def write_status(self, state, reason="", wall_time=0.0):
-        """Store ``state`` (one of `STATES`), the reason and the wall time [s] spent."""
+        """Store ``state`` (one of `STATES`), the reason and the wall time [s] spent.
+
+        Raises DamagedRunError where a run that finished is not on the disk as it was written.
+        """
+        self._check_held()
         status = {"state": state, "reason": reason, "wall_time": float(wall_time)}
         if state == "finished":
-            status["marks"] = self._marks()._asdict()
-            if self.summary_file.exists():
-                status["summary"] = files.checksum(self.summary_file.read_bytes())
+            marks = self._marks()
+            self.verify(marks)  # what is told to be finished is there
+            self._put_back()
+            status["marks"] = marks._asdict()
+            if (text := self._case_text()) is not None:
+                status["case"] = files.checksum(text.encode())
+            for name, file in (("columns", self.columns_file), ("summary", self.summary_file)):
+                if os.path.exists(file):
+                    status[name] = files.checksum(self._read(file))
         text = yaml.safe_dump(status, sort_keys=False, width=110)
         files.replace_file(
             self.path, self.status_file.name, f"{text}checksum: {files.checksum(text.encode())}\n".encode()
         )
+
+    def _put_back(self):
+        """Write case.yaml and columns.csv again, where they are not what this process has written or taken up."""
+        for file, text in ((self.case_file, self._case), (self.columns_file, self._columns)):
+            if text is not None and not _holds(file, text.encode()):
+                files.replace_file(self.path, file.name, text.encode())
+                warnings.warn(f"{self}: {file.name} was changed or removed while the run went on, and is put back.", stacklevel=2)
 
     # Is it whole?
 
@@ -380,15 +456,21 @@ class RunDirectory:
         self.verify_history(marks)
         self._written = self._read_frames(marks.frames)
         if _frames_checksum(self._written) != marks.frames_checksum:
-            raise DamagedRunError(f"{self.path}: a frame in frames is another run's; {self._anew()}.")
+            raise self._not_the_runs()
+
+    def _not_the_runs(self):
+        return DamagedRunError(f"{self}: a frame in frames is another run's, or in the place of another; {self._anew()}.")
 
     def verify_history(self, marks=None):
         """Raise DamagedRunError unless the history is as it was at ``marks``, by default the latest there are."""
-        marks = marks or self.finished_marks() or next((c.marks for c in self._checkpoints()), None)
+        marks = marks or self._latest_marks()
         if marks is not None:
             content = self._read(self.history_file) if marks.history_size else b""
             if files.checksum(content[: marks.history_size]) != marks.history_checksum:
                 raise self._damaged(self.history_file)
+
+    def _latest_marks(self):
+        return self.finished_marks() or next((checkpoint.marks for checkpoint in self._checkpoints()), None)
 
     def faults(self):
         """Return a sentence for each thing that keeps the run from going on, or a finished one from being right."""
@@ -397,7 +479,7 @@ class RunDirectory:
             if marks is None and self._checkpoint_files():
                 marks = next((checkpoint.marks for checkpoint in self._checkpoints()), None)
                 if marks is None:
-                    raise DamagedRunError(f"{self.path}: no checkpoint in it is whole; {self._anew()}.")
+                    raise DamagedRunError(f"{self}: no checkpoint in it is whole; {self._anew()}.")
             if marks is not None:
                 self.verify(marks)
         except DamagedRunError as damage:
@@ -406,27 +488,29 @@ class RunDirectory:
 
     def finished_marks(self):
         """Return the `Marks` of a finished run, or None."""
-        status = self.status()
-        return Marks(**status["marks"]) if status.get("state") == "finished" else None
+        return self.status().get("marks")
 
-    def mend(self):
+    def mend(self, columns):
         """Write anew what of a finished run, which is verified, follows from the rest; return what was not right.
 
-        These are the series frames.xdmf and frames.h5. What stands after the last row or frame is dropped; a damaged
-        picture is removed, to be drawn again.
+        These are the series frames.xdmf and frames.h5, and columns.csv where ``columns`` (as for `write_columns`) are
+        those of the history. What stands after the last row or frame is dropped; a damaged picture is removed, to be
+        drawn again.
         """
-        mended, marks = [], self.finished_marks()
+        mended, marks, text = [], self.finished_marks(), _columns_text(columns).encode()
+        if files.checksum(text) == self.status().get("columns") and not _holds(self.columns_file, text):
+            files.replace_file(self.path, self.columns_file.name, text)
+            mended.append(self.columns_file.name)
         if self.history_file.stat().st_size != marks.history_size:
             content = self._read(self.history_file)[: marks.history_size]
             files.replace_file(self.path, self.history_file.name, content)
             mended.append(self.history_file.name)
         self._remove_frames(marks.frames)
         for file, content in self._series().items():
-            if not file.is_file() or file.read_bytes() != content:
+            if not _holds(file, content):
                 files.replace_file(self.path, file.name, content)
                 mended.append(file.name)
-        picture = self.status().get("summary")
-        if self.summary_file.exists() and picture != files.checksum(self._read(self.summary_file)):
+        if os.path.exists(self.summary_file) and not _is_of(self.summary_file, self.status().get("summary")):
             files.remove_file(self.path, self.summary_file.name)
             mended.append(self.summary_file.name)
         return mended
@@ -434,7 +518,7 @@ class RunDirectory:
     def _read(self, file):
         """The bytes of ``file``; raise DamagedRunError where it cannot be read."""
         try:
-            return file.read_bytes()
+            return files.read(file)
         except FileNotFoundError:
             raise self._damaged(file, "is gone") from None
         except OSError as error:
@@ -442,12 +526,20 @@ class RunDirectory:
 
     def _damaged(self, file, fault="is damaged;"):
         fault = fault if fault.endswith((";", "or")) else f"{fault};"
-        return DamagedRunError(f"{self.path}: {file.relative_to(self.path)} {fault} {self._anew()}.")
+        return DamagedRunError(f"{self}: {file.relative_to(self.path)} {fault} {self._anew()}.")
 
     def _anew(self):
         """The remedy where a run cannot go on."""
-        case = "CASE" if self.origin() is None else self.case_file
-        return f"start anew by `vesdyn run {case} --out {self.path} --restart`"
+        return f"start anew by `{self._restart()}`"
+
+    def _restart(self, case=None):
+        """The command that replaces the run, by the one of its own case where none is named."""
+        case = case or ("CASE" if self.origin() is None else argument(self.case_file))
+        return f"vesdyn run {case} --out {argument(self.path)} --restart"
+
+    def remedy(self, fault):
+        """The DamagedRunError of a ``fault`` (a clause) that only a new start mends."""
+        return DamagedRunError(f"{self}: {fault}; {self._anew()}.")
 
     def _marks(self):
         """How far history and frames are right, from what this process has written."""
@@ -465,7 +557,7 @@ class RunDirectory:
             self._header = None
             try:
                 handle = os.open(self.history_file, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o666)
-                content = self.history_file.read_bytes()
+                content = files.read(self.history_file)
                 self._history = handle, hashlib.sha256(content), len(content)
                 files.sync_directory(self.path)
             except OSError as error:
@@ -479,7 +571,7 @@ class RunDirectory:
             there, here = (set(line.decode(errors="replace").strip().split(",")) for line in (self._header, header))
             others = ", ".join(sorted(there ^ here)) or "in another order"
             raise RunDirectoryError(
-                f"{self.history_file}: has other columns ({others}); go on by the script that began it, or"
+                f"{self}: history.csv has other columns ({others}); go on by the script that began it, or"
                 f" {self._anew()}."
             )
 
@@ -510,15 +602,19 @@ class RunDirectory:
 
     def write_columns(self, columns):
         """Store the unit and meaning of each column of the history, (name, unit, meaning[, unit in SI]) each."""
-        text, header = io.StringIO(), ("column", "unit", "meaning", "unit_in_si")
-        csv.writer(text, lineterminator="\n").writerows([header[: len(columns[0])], *columns])
-        files.replace_file(self.path, self.columns_file.name, text.getvalue().encode())
+        self._columns = _columns_text(columns)
+        files.replace_file(self.path, self.columns_file.name, self._columns.encode())
 
-    def columns(self):
-        """Return what `write_columns` stored, a dict for each column; an empty list if it cannot be read."""
+    def described_columns(self):
+        """Return a dict of ``column``, ``unit`` and ``meaning`` for each column of the history that is described.
+
+        Raises DamagedRunError where those of a finished run are not as they were written.
+        """
+        of_run = self.status().get("columns")
+        if of_run is not None and files.checksum(self._read(self.columns_file)) != of_run:
+            raise self._damaged(self.columns_file, f"is damaged; give `vesdyn resume {argument(self.path)}`, which writes it again, or")
         try:
-            with open(self.columns_file, newline="", encoding="utf-8") as file:
-                rows = list(csv.DictReader(file))
+            rows = list(csv.DictReader(io.StringIO(files.read(self.columns_file).decode())))
         except (OSError, ValueError, csv.Error):
             return []
         return [row for row in rows if row.keys() >= {"column", "unit", "meaning"}]
@@ -526,6 +622,7 @@ class RunDirectory:
     def last_row(self):
         """Return the last whole row of the history, column to number, reading no other; empty if none."""
         try:
+            files.check_regular(self.history_file)
             with open(self.history_file, "rb") as file:
                 columns = file.readline().decode().strip().split(",")
                 file.seek(max(file.tell(), os.path.getsize(self.history_file) - _LONGEST_ROW))
@@ -541,7 +638,7 @@ class RunDirectory:
         It ends before the first row that is not whole: a killed run leaves half a row, a power cut worse.
         """
         try:
-            content = self.history_file.read_bytes()
+            content = files.read(self.history_file)
         except OSError:
             return {}
         header, *lines = content.split(b"\n")[:-1] or [b""]
@@ -577,6 +674,7 @@ class RunDirectory:
             arrays |= {name: (np.asarray(v, dtype=np.float64), {"center": center}) for name, v in given.items()}
         attributes = {"time": float(time), "units": UNITS}
         content = files.image(arrays, attributes, head=f"time {float(time)!r}")
+        self._check_held()
         files.make_directory(self.path, self.frames_folder.name)
         number = len(self._written)
         files.replace_file(self.path, f"frames/{number:04d}.h5", content)
@@ -593,8 +691,27 @@ class RunDirectory:
         return times
 
     def frames(self):
-        """Return the stored `Frame`s, a sequence that reads each when it is asked for."""
-        return _Frames(self, len(self._frame_files()))
+        """Return the stored `Frame`s, a sequence that reads each when it is asked for.
+
+        Raises DamagedRunError where one is gone, or is not the one that the run stored, by the checksum it carries.
+        """
+        count = len(self._frame_files())
+        if marks := self._latest_marks():
+            heads = [self._head(number) for number in range(marks.frames)]
+            if files.checksum("".join(heads).encode()) != marks.frames_checksum:
+                raise self._not_the_runs()
+            count = marks.frames if self.finished_marks() else count
+        return _Frames(self, count)
+
+    def _head(self, number):
+        """The checksum that a frame carries."""
+        file = self.frames_folder / f"{number:04d}.h5"
+        try:
+            return files.carried_checksum(file)
+        except FileNotFoundError:
+            raise self._damaged(file, "is gone") from None
+        except (OSError, Damage):
+            raise self._damaged(file) from None
 
     def read_frame(self, number):
         """Return the `Frame` of that number; raise DamagedRunError if it is not whole."""
@@ -612,7 +729,7 @@ class RunDirectory:
     def _frame_files(self):
         """Files of the frames from the first on, as long as none is missing."""
         found = []
-        while (file := self.frames_folder / f"{len(found):04d}.h5").exists():
+        while os.path.exists(file := self.frames_folder / f"{len(found):04d}.h5"):
             found.append(file)
         return found
 
@@ -656,12 +773,13 @@ class RunDirectory:
         What the state implies reaches the disk before it.
         """
         marks = self._marks()
+        self._check_held()
         try:
             files.sync(self._history[0])
         except OSError as error:
             raise files.write_error(self.path, self.history_file.name, error) from None
         self.write_series()
-        text = self.case_file.read_text(encoding="utf-8") if self.case_file.exists() else ""
+        text = self._case if self._case is not None else _small_text(self.case_file) if os.path.exists(self.case_file) else ""
         attributes = {"case": text, "sources": sources_hash(), **marks._asdict()}
         content = files.image(state, attributes)
         files.replace_file(self.path, self.checkpoint_file.name, content, kept_as=self.checkpoint_previous.name)
@@ -675,13 +793,13 @@ class RunDirectory:
             try:
                 return _read_checkpoint(file).state
             except (OSError, Damage):
-                warnings.warn(f"{file}: is damaged and left aside.", stacklevel=2)
+                warnings.warn(f"{self}: {file.name} is damaged and left aside.", stacklevel=2)
         if self._checkpoint_files():
-            raise DamagedRunError(f"{self.path}: no checkpoint in it is whole; {self._anew()}.")
+            raise DamagedRunError(f"{self}: no checkpoint in it is whole; {self._anew()}.")
         return None
 
     def _checkpoint_files(self):
-        return [file for file in (self.checkpoint_file, self.checkpoint_previous) if file.exists()]
+        return [file for file in (self.checkpoint_file, self.checkpoint_previous) if os.path.exists(file)]
 
     def _checkpoints(self):
         """Those checkpoints that are whole, the latest first."""
@@ -702,8 +820,8 @@ class RunDirectory:
                 self._check_case(file, checkpoint, case)
                 self.verify(checkpoint.marks)
             except (OSError, Damage):
-                fault = fault or DamagedRunError(f"{self.path}: no checkpoint in it is whole; {self._anew()}.")
-                warnings.warn(f"{file}: is damaged and left aside.", stacklevel=2)
+                fault = fault or DamagedRunError(f"{self}: no checkpoint in it is whole; {self._anew()}.")
+                warnings.warn(f"{self}: {file.name} is damaged and left aside.", stacklevel=2)
             except DamagedRunError as error:
                 fault = error
                 if file != self._checkpoint_files()[-1]:
@@ -712,7 +830,7 @@ class RunDirectory:
                 known = {entry.get("sources") for entry in [*(self.origin() or {}).get("resumed_with", ()), self.origin() or {}]}
                 if checkpoint.sources != sources_hash() and checkpoint.sources not in known:
                     warnings.warn(
-                        f"{file}: was computed by other sources; the result may differ from that of one run by these.",
+                        f"{self}: {file.name} was computed by other sources; the result may differ from that of one run by these.",
                         stacklevel=2,
                     )
                 self._rewind(checkpoint.marks)
@@ -728,7 +846,7 @@ class RunDirectory:
         stored = _case_of(checkpoint.case_text)
         if conflicts := continuation_conflicts(stored, case, checkpoint.state.get("time", 0.0)):
             raise DamagedRunError(
-                f"{file}: is of another case ({', '.join(conflicts)}); put the case back as it was, or {self._anew()}."
+                f"{self}: {file.name} is of another case ({', '.join(conflicts)}); put the case back as it was, or {self._anew()}."
             )
 
     def _rewind(self, marks):
@@ -762,6 +880,40 @@ class _Frames(Sequence):
 # Cases ---------------------------------------------------------------------------------------------------
 
 
+def _small_text(file):
+    """The text of the regular ``file``, if it is no longer than a case may be; else OSError or ValueError."""
+    if os.path.getsize(file) > LARGEST_FILE:
+        raise ValueError("is too large")
+    return files.read(file).decode()
+
+
+def _holds(file, content):
+    """Whether the ``content`` (bytes) is what is in ``file``."""
+    with suppress(OSError):
+        return files.read(file) == content
+    return False
+
+
+def _is_of(file, checksum):
+    """Whether what is in ``file`` can be read and has the ``checksum``."""
+    with suppress(OSError):
+        return files.checksum(files.read(file)) == checksum
+    return False
+
+
+def _columns_text(columns):
+    text, header = io.StringIO(), ("column", "unit", "meaning", "unit_in_si")
+    csv.writer(text, lineterminator="\n").writerows([header[: len(columns[0])], *columns])
+    return text.getvalue()
+
+
+def _identity(place):
+    """Device and number of the file at ``place`` (a path or a descriptor); None where there is none."""
+    with suppress(OSError):
+        status = os.stat(place)
+        return status.st_dev, status.st_ino
+
+
 def _case_of(text):
     """The case in the text of a case.yaml; raise `Damage` if there is none."""
     try:
@@ -778,6 +930,12 @@ def _case_of(text):
 
 def _without_provenance(text):
     return text.partition("\nprovenance:")[0]
+
+
+def _latest(origin):
+    """The provenance of what computed last, of a stored ``origin``."""
+    resumed = origin.get("resumed_with")
+    return {**origin, **(resumed[-1] if isinstance(resumed, list) and resumed and isinstance(resumed[-1], dict) else {})}
 
 
 def _differences(stored, wanted):
@@ -803,7 +961,7 @@ def _flat(nested, prefix=""):
 
 def _read_checkpoint(file):
     """The `Checkpoint` in ``file``; raise `Damage` unless it is whole."""
-    state, _, attributes = files.read_image(file.read_bytes())
+    state, _, attributes = files.read_image(files.read(file))
     try:
         marks = Marks(*(attributes[name] for name in Marks._fields))
         return Checkpoint(state, attributes["case"], attributes["sources"], marks)
@@ -876,10 +1034,10 @@ def _written(number, content):
 def _lock_by_file(file):
     """Lock by the presence of ``file``, yielding whether that worked.
 
-    It names its owner, who touches it now and then; one that is long untouched, or whose owner on this machine has
-    ended, is taken over.
+    It names its owner, who touches it now and then. One whose owner on this machine has ended is taken over, and one of
+    another machine that is long untouched by the clock of the file system; an owner that is only stopped keeps it.
     """
-    owner = f"{socket.gethostname()} {os.getpid()} {uuid.uuid4().hex}\n"
+    owner = f"{socket.gethostname()} {os.getpid()} {_began(os.getpid())}-{uuid.uuid4().hex}\n"
     if not _create(file, owner) and not (_is_stale(file) and _take_over(file, owner)):
         yield False
         return
@@ -930,19 +1088,35 @@ def _take_over(file, owner):
 
 def _is_stale(file):
     try:
-        host, pid, _ = file.read_text().split()
-        untouched = time.time() - file.stat().st_mtime
+        untouched = abs(_now(file.parent) - file.stat().st_mtime)  # in the future it was touched by another clock
+        host, pid, mark = files.read(file).decode().split()
+        pid = int(pid)
     except FileNotFoundError:
         return True
     except (OSError, ValueError):  # its owner is writing its name, or died as it did
         with suppress(OSError):
-            return time.time() - file.stat().st_mtime > _LOCK_IS_TOUCHED
+            return abs(_now(file.parent) - file.stat().st_mtime) > _LOCK_IS_TOUCHED
         return True
     if host == socket.gethostname():
-        try:
-            os.kill(int(pid), 0)
-        except ProcessLookupError:
+        if (began := _began(pid)) is None:
             return True
-        except (OSError, ValueError):
-            pass
+        if "-" in mark:
+            return not mark.startswith(f"{began}-")  # else the number is another process's by now
     return untouched > _LOCK_IS_STALE
+
+
+def _now(folder):
+    """The time [s] by the clock of the file system of ``folder``, which may be another machine's."""
+    with suppress(OSError), tempfile.TemporaryFile(dir=folder) as file:
+        return os.fstat(file.fileno()).st_mtime
+    return time.time()
+
+
+def _began(pid):
+    """When the process ``pid`` of this machine began, as text; None where there is none."""
+    try:
+        return f"{psutil.Process(pid).create_time():.1f}"
+    except psutil.NoSuchProcess:
+        return None
+    except psutil.Error:  # another user's, of which nothing is told
+        return "?"

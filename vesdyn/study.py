@@ -29,10 +29,11 @@ from vesdyn.errors import CaseError, RunError
 from vesdyn.front import faces_on_plane, front_radius, front_shape, modulation, rim_radius
 from vesdyn.kinds import topology_of
 from vesdyn.planning import needs_planning, plan
+from vesdyn.provenance import sources_hash
 from vesdyn.run import run_case
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import march
-from vesdyn.storage import RunDirectory
+from vesdyn.storage import DamagedRunError, RunDirectory
 
 FINER = 0.25  # accuracy wish of the second run of a curve / wish of the first
 START = 0.01  # errors are those after this time [a0^2/D]
@@ -55,7 +56,8 @@ class Study:
     A run is named by a case and ``changes``, a dict of dotted keys and values. The case is ``configs``/<name>.yaml,
     or the shipped one of that name where no ``configs`` are given. A run is kept in ``directory`` under a name that
     tells both and ends with the hash of the case, so that a case that was edited is another run. A stored run is used
-    again whatever the version that computed it: remove the directory to measure anew. ``jobs`` runs are computed side
+    again whatever the version that computed it, which is warned of where the sources were others: remove the directory
+    to measure anew. One that is not as it was written is computed anew. ``jobs`` runs are computed side
     by side (by default one a core), ``every`` holds changes made to each run. ``show`` keeps a table of the runs on
     stderr while they are computed. ``draws`` are changes at each of which every curve is run as well, parameters drawn
     from what the prints leave open (`Curve.band`).
@@ -118,7 +120,10 @@ class Study:
         if not _is_finished(path):
             case, decisions = self.planned(name, changes)
             with _without_doubts():
-                outcome = run_case(case, path, progress=self.show, decisions=decisions)
+                try:
+                    outcome = run_case(case, path, progress=self.show, decisions=decisions)
+                except DamagedRunError:  # told by `_is_finished`
+                    outcome = run_case(case, path, progress=self.show, decisions=decisions, restart=True)
             _check([(case, outcome)])
         return RunDirectory(path)
 
@@ -200,7 +205,21 @@ def _in_short(value):
 
 
 def _is_finished(path):
-    return RunDirectory(path).status().get("state") == "finished"
+    """Whether a run in ``path`` came to its end and is as it was written; each is looked through once a process."""
+    directory = RunDirectory(path)
+    if directory.status().get("state") != "finished":
+        return False
+    key = str(path), directory.status_file.stat().st_mtime_ns
+    if key not in _WHOLE:
+        _WHOLE[key] = not directory.faults()
+        if not _WHOLE[key]:
+            warnings.warn(f"{' '.join(directory.faults())} This is done now.", stacklevel=3)
+        elif directory.sources() != sources_hash():
+            warnings.warn(f"{path}: was computed by other sources; remove it to compute it by these.", stacklevel=3)
+    return _WHOLE[key]
+
+
+_WHOLE = {}  # of each finished run that was looked through, by its path and the time of its end
 
 
 def _check(outcomes):

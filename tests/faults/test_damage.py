@@ -1,17 +1,21 @@
 """Whatever happens to a file of a run, it goes on to the same bits or is refused with a remedy that works."""
 
+import os
+import re
 import shutil
+import subprocess
 import warnings
 from pathlib import Path
 
 import pytest
 from stand_in import assert_same, interrupt_at
 
-from vesdyn import batch
+from vesdyn import batch, files
 from vesdyn.case import Case
 from vesdyn.cli import main
 from vesdyn.errors import RunError
 from vesdyn.provenance import identity
+from vesdyn.results import open_run
 from vesdyn.run import run_case
 from vesdyn.storage import DamagedRunError, RunDirectory, RunDirectoryError
 
@@ -233,3 +237,168 @@ def test_a_file_that_cannot_be_read_is_named(runs, monkeypatch):
     monkeypatch.setattr(Path, "read_bytes", locked)
     with pytest.raises(DamagedRunError, match=r"frames/0001.h5 cannot be read \(Permission denied\); allow it, or start"):
         quietly(run_case, CASE, runs / "interrupted")
+
+
+# While it runs
+
+
+def put_another_in_place(file):
+    content = file.read_bytes()
+    file.unlink()
+    file.write_bytes(content)
+
+
+def add_a_line(file):
+    with open(file, "ab") as opened:
+        opened.write(b"mine\n")
+
+
+@pytest.mark.fault("n15")
+@pytest.mark.parametrize(
+    "harm",
+    [
+        lambda path: shutil.rmtree(path),
+        lambda path: path.rename(path.with_name("moved")),
+        lambda path: (path.rename(path.with_name("moved")), shutil.copytree(path.with_name("finished"), path)),
+        lambda path: (path / "history.csv").unlink(),
+        lambda path: put_another_in_place(path / "history.csv"),
+        lambda path: add_a_line(path / "history.csv"),
+        lambda path: os.truncate(path / "history.csv", 30),
+        lambda path: (path / "frames" / "0000.h5").unlink(),
+        lambda path: shutil.rmtree(path / "frames"),
+        lambda path: flip_a_bit(path / "frames" / "0000.h5", None),
+    ],
+)
+def test_what_is_changed_under_a_run_is_not_said_to_be_finished(runs, physics, tried, harm):
+    """A directory of the old name is not begun, and the rest not taken for the whole."""
+    path = runs / "going"
+
+    def before_step(steps):
+        if steps == 3:
+            harm(path)
+
+    physics.before_step = staticmethod(before_step)
+    tried["damages"] += 1
+    with pytest.raises(RunError) as refusal:
+        quietly(run_case, CASE, path)
+    physics.before_step = staticmethod(lambda steps: None)
+    assert "give the same command again" in str(refusal.value) or "--restart" in str(refusal.value)
+    assert RunDirectory(path).status().get("state") != "finished" or "the directory" in str(refusal.value)
+    try:
+        outcome = quietly(run_case, CASE, path)
+    except DamagedRunError:
+        outcome = quietly(run_case, CASE, path, restart=True)
+    assert outcome.state == "finished"
+    assert_same(path, runs / "finished")
+
+
+@pytest.mark.parametrize("name", ["case.yaml", "columns.csv"])
+@pytest.mark.parametrize("text", [None, "name: b\ndrag: 3\nprovenance: {}\n"])
+def test_case_and_columns_are_put_back_at_the_end(runs, physics, name, text):
+    path = runs / "going"
+
+    def before_step(steps):
+        if steps == 3:
+            (path / name).unlink() if text is None else (path / name).write_text(text)
+
+    physics.before_step = staticmethod(before_step)
+    assert quietly(run_case, CASE, path).state == "finished"
+    assert open_run(path).case == CASE and open_run(path).history.units["time"] == "a0^2/D"
+
+
+# What is read from Python
+
+
+@pytest.mark.fault("n5", "n15")
+@pytest.mark.parametrize("number", range(4))
+def test_a_frame_that_is_gone_or_anothers_is_not_passed_over_in_silence(runs, tried, number):
+    for harm, other in ((remove, None), (swap, 1 if number != 1 else 2)):
+        path = harmed(runs, "finished", f"frames/{number:04d}.h5", remove)
+        if harm is swap:
+            shutil.copyfile(runs / "finished" / f"frames/{other:04d}.h5", path / f"frames/{number:04d}.h5")
+        tried["damages"] += 1
+        run = open_run(path)
+        for read in (lambda: run.times, lambda: run.frames, lambda: run.final, lambda: run.frame(0.004), lambda: run.profile(0.0)):
+            with pytest.raises(DamagedRunError, match="--restart"):
+                read()
+    shutil.copyfile(runs / "finished" / "frames/0001.h5", path / "frames/0004.h5")
+    shutil.copyfile(runs / "finished" / f"frames/{number:04d}.h5", path / f"frames/{number:04d}.h5")
+    assert open_run(path).final.time == 0.006 and len(open_run(path).times) == 4  # one too many is none of the run
+
+
+@pytest.mark.fault("n2")
+def test_a_case_that_was_edited_after_the_end_is_not_taken_for_that_of_the_run(runs, capsys):
+    path = runs / "finished"
+    text = (path / "case.yaml").read_text()
+    (path / "case.yaml").write_text(text.replace("drag: 0.07", "drag: 0.09"))
+    with pytest.warns(UserWarning, match="changed.*taken from the checkpoint"):
+        assert open_run(path).case == CASE
+    with pytest.raises(RunDirectoryError, match="drag: 0.07 there, 0.09 here"):
+        quietly(run_case, Case(**{**CASE.given_keys(), "drag": 0.09}), path)
+    assert main(["resume", str(path), "--quiet"]) == 0
+    assert "drag: 0.07" in (path / "case.yaml").read_text()  # put back
+    (path / "case.yaml").write_text(text.replace("drag: 0.07", "drag: 0.09"))
+    for name in ("checkpoint.h5", "checkpoint_previous.h5"):
+        (path / name).unlink()
+    with pytest.raises(DamagedRunError, match="was changed after the run had finished; put it back as it was, or start"):
+        open_run(path)
+
+
+@pytest.mark.parametrize(
+    "old, new",
+    [("marks:", "marks_of_old:"), ("  frames:", "  more: 1\n  frames:"), ("wall_time", "wall"), ("state: finished", "state: done")],
+)
+def test_a_status_of_another_version_is_none(runs, old, new):
+    """Its checksum is right, its keys are not ours: the run goes on from its checkpoint."""
+    path = runs / "finished"
+    body = (path / "status.yaml").read_text().rpartition("checksum: ")[0]
+    assert old in body
+    body = body.replace(old, new)
+    (path / "status.yaml").write_text(f"{body}checksum: {files.checksum(body.encode())}\n")
+    assert RunDirectory(path).status() == {} and not RunDirectory(path).faults()
+    assert quietly(run_case, CASE, path).state == "finished"
+    assert_same(path, runs / "finished")
+
+
+@pytest.mark.fault("n12")
+@pytest.mark.parametrize("text", ["provenance: !!bool abc", "provenance: !!int ''", "&a [*a]", "provenance: " + "[" * 3000, "x: \0"])
+def test_a_case_file_that_is_no_yaml_is_damaged(runs, text):
+    (runs / "interrupted" / "case.yaml").write_text(text)
+    assert quietly(run_case, CASE, runs / "interrupted").state == "finished"
+    assert_same(runs / "interrupted", runs / "finished")
+
+
+@pytest.mark.fault("n20")
+@pytest.mark.parametrize("state", ["interrupted", "finished"])
+def test_a_pipe_in_the_place_of_a_file_holds_nobody_up(runs, state):
+    for name in (name for name in LEFT if (runs / state / name).exists()):
+        path = harmed(runs, state, name, remove)
+        os.mkfifo(path / name)
+        RunDirectory(path).history(), RunDirectory(path).last_row(), RunDirectory(path).frame_times()
+        try:
+            outcome = quietly(run_case, CASE, path)
+        except RunError as refusal:
+            assert str(path) in str(refusal)
+            (path / name).unlink()
+            outcome = quietly(run_case, CASE, path, restart=True)
+        assert outcome.state == "finished"
+        assert_same(path, runs / "finished")
+
+
+# Remedies
+
+
+@pytest.mark.fault("n15")
+@pytest.mark.parametrize("name", ["with space", "it's", "new\nline", "\x1b[31mred", "-x", "caf\udce9", "$(true)"])
+def test_the_remedy_works_as_it_is_written(runs, capsys, monkeypatch, name):
+    monkeypatch.chdir(runs)
+    path = Path(name)
+    shutil.copytree("finished", path)
+    empty(path / "history.csv", None)
+    main(["resume", "--", name])
+    (words,) = capsys.readouterr().err.splitlines()
+    assert words.isprintable()
+    remedy = re.search("`vesdyn (.*)`", words)[1]
+    parted = subprocess.run(["bash", "-c", f"printf '%s\\0' {remedy}"], capture_output=True, check=True).stdout
+    assert quietly(main, [*map(os.fsdecode, parted.split(b"\0")[:-1]), "--quiet"]) == 0
+    assert_same(path, runs / "finished")

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
-from stand_in import assert_same
+from stand_in import assert_same, interrupt_at
 
 from vesdyn import batch, interrupts
 from vesdyn.case import Case
@@ -75,6 +75,23 @@ def test_loop_that_asks_is_left_alone(monkeypatch, tried):
         time.sleep(0.2)
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.fault("a13")
+def test_hangup_is_an_interrupt_but_under_nohup(physics, tmp_path, tried):
+    """A terminal that closes, or a connection that ends."""
+    run_case(CASE, tmp_path / "reference")
+    tried["interrupts"] += 2
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    try:
+        physics.before_step = interrupt_at(3, [signal.SIGHUP])
+        outcome = run_case(CASE, tmp_path / "a")
+        assert (outcome.state, outcome.reason) == ("interrupted", "stopped by SIGHUP.")
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        assert run_case(CASE, tmp_path / "a").state == "finished"
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    assert_same(tmp_path / "a", tmp_path / "reference")
 
 
 @pytest.mark.fault("a13")
