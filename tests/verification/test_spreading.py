@@ -67,11 +67,11 @@ def test_axisymmetric_area_at_an_accuracy_wish(name, wish):
 @pytest.mark.verify
 @pytest.mark.parametrize("name", ["typical", "fig9"])
 def test_surface_area_as_shipped(name):
-    """`configs/` as they are but for the thickness: within 2 % at every listed time, 3 % before t = 0.02."""
+    """`configs/` as they are but for thickness, drag and mobility: within 2 % at every listed time, 3 % before t = 0.02."""
     known = reference(name)
     shipped = load_case(
         ROOT / "configs" / {"typical": "typical.yaml", "fig9": "fig9-base.yaml"}[name],
-        ["membrane.thickness=0", f"time.end={known['time'][-1]}", f"output.frames={known['time'][:-1].tolist()}"],
+        ["membrane.thickness=0", "drag=0.07", "receptors.mobility=2.1875", f"time.end={known['time'][-1]}", f"output.frames={known['time'][:-1].tolist()}"],
     )
     found = curves(shipped)
     error = np.abs(found["binding_area"] / known["binding_area"] - 1.0)
