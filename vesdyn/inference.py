@@ -30,6 +30,7 @@ from scipy.stats import qmc
 
 from vesdyn.emulator import Emulator
 from vesdyn.errors import CaseError, RunError
+from vesdyn.inference_file import Variant
 
 SETS = 1.5  # times as wide without it: a claim that has set an unknown
 PREDICTED, REFUTED = 0.9, 0.1  # probabilities from which, and up to which, a claim is called so
@@ -43,6 +44,7 @@ _FEW = 1000  # effective samples of a posterior that is only looked at on the wa
 _SAMPLES = 3000  # of one that is told
 _CANDIDATES = 1000  # samples among which points are chosen
 _NEGLIGIBLE = 1e-6  # weight of a sample / largest weight, below which it is dropped
+_SCANNED = 2**15  # points of the prior at which other choices are tried
 _WIDER = 1.3  # spread of the proposals of a direct sampler / spread of the posterior
 
 
@@ -108,10 +110,10 @@ class Likelihood:
             mean = (1.0 - self.inference.slip) * mean + 0.5 * self.inference.slip
         return np.log(mean + _TINY)
 
-    def log(self, numbers, without=None):
-        """Log likelihood (n_combinations, m) under each combination of readings, the claim ``without`` left out."""
+    def log(self, numbers, without=()):
+        """Log likelihood (n_combinations, m) under each combination of readings, the claims ``without`` left out."""
         terms = self.inference.terms
-        logs = {i: self.log_of_term(i, numbers) for i, term in enumerate(terms) if term.claim != without}
+        logs = {i: self.log_of_term(i, numbers) for i, term in enumerate(terms) if term.claim not in without}
         total = []
         for combination in self.inference.combinations:
             figures = {}
@@ -207,8 +209,8 @@ class Samples(NamedTuple):
         return float(self.weights @ self.readings[chosen].sum(axis=0))
 
 
-def sample(likelihood, numbers_at, without=None, given=None, held=None, effective=None, seed=0):
-    """Samples of the posterior, the claim ``without`` left out.
+def sample(likelihood, numbers_at, without=(), given=None, held=None, effective=None, seed=0):
+    """Samples of the posterior, the claims ``without`` left out.
 
     ``numbers_at(places)`` gives the quantities by name, arrays (m,), at ``places`` (m, n_unknowns). ``given``, a kind
     and a reading, takes that reading for granted; ``held`` maps unknowns to values at which they are held; ``effective``
@@ -248,6 +250,36 @@ def sample(likelihood, numbers_at, without=None, given=None, held=None, effectiv
     return Samples(places, weights, float(sampler.log_z), readings)
 
 
+def scanned(likelihood, places, numbers, log_prior=0.0, without=()):
+    """Samples of the posterior at given ``places`` (n, n_unknowns), even in [0, 1], where the quantities are ``numbers``.
+
+    ``log_prior`` (n,) is the log of another prior over that of the places. The readings' probabilities are averaged over all
+    places, so that an improbable reading is found where it lies. No better than the effective number of samples.
+    """
+    logs = likelihood.log(numbers, without)
+    total = logsumexp(logs, axis=0) - np.log(len(logs)) + log_prior
+    evidence = logsumexp(total)
+    return Samples(places, np.exp(total - evidence), float(evidence - np.log(len(places))), np.exp(logs - logsumexp(logs, axis=0)))
+
+
+def sensitivity(result, n=_SCANNED):
+    """Posteriors under other choices, by name: those of the file as stated first, then each of its variants.
+
+    The emulator is asked once, at ``n`` points of the prior (Sobol); the variants weigh them anew.
+    """
+    inference = result.inference
+    places = qmc.Sobol(len(inference.unknowns), seed=inference.design.seed).random(n)
+    values, numbers = inference.values(places), result.emulator.numbers(places)
+    tried = {}
+    for variant in (Variant(name="as stated"), *inference.variants):
+        other = inference.varied(variant)
+        ratios = [new.density(v) / old.density(v)
+                  for new, old, v in zip(other.unknowns.values(), inference.unknowns.values(), values.T)]  # fmt: skip
+        log_prior = np.log(np.prod(ratios, axis=0) + _TINY)
+        tried[variant.name] = scanned(Likelihood(other, result.likelihood.errors), places, numbers, log_prior, variant.without)
+    return tried
+
+
 # Claims --------------------------------------------------------------------------------------------------
 
 
@@ -260,7 +292,7 @@ class Verdict(NamedTuple):
     by_reading: dict  # (kind, reading): probability
     by_threshold: tuple | None  # ends of its threshold's range and the probabilities there
     by_unknown: dict  # unknown: probabilities below and above its median
-    by_measure: tuple  # one probability for each of its formulas
+    by_measure: dict  # formula, of several: probability by reading, and by () where all are averaged
     wider: dict  # unknown: interval without it / interval with it
     larger: float  # volume of the posterior without it / with it, from the covariances
     tail: float  # of a number: probability of one at least as far off; of a statement: its probability
@@ -284,7 +316,7 @@ class Verdict(NamedTuple):
 def judge(likelihood, numbers_at, claim, posterior, seed=0):
     """The `Verdict` on ``claim``; ``posterior`` is that of all data."""
     inference = likelihood.inference
-    rest = sample(likelihood, numbers_at, without=claim, effective=_FEW, seed=seed)
+    rest = sample(likelihood, numbers_at, without=(claim,), effective=_FEW, seed=seed)
     numbers = numbers_at(rest.places)
     terms = [(i, term) for i, term in enumerate(inference.terms) if term.claim == claim]
 
@@ -320,11 +352,11 @@ def judge(likelihood, numbers_at, claim, posterior, seed=0):
         side = "above" if first.above else "below"
         ends = [probability(weights, lambda term: term._replace(**{side: (end, end)})) for end in limits]
         by_threshold = limits, tuple(ends)
-    by_measure = ()
-    if len(first.formulas) > 1:
-        parts = [(weights[[t.when.items() <= c.items() for c in inference.combinations]].sum(axis=0),
-                  likelihood.agreement(t, likelihood.errors[i], numbers)) for i, t in terms]  # fmt: skip
-        by_measure = tuple(float(p) for p in sum((found * w).sum(axis=1) for w, found in parts) / weights.sum())
+    by_measure = {}
+    for i, term in terms if len(first.formulas) > 1 else ():
+        agreements = likelihood.agreement(term, likelihood.errors[i], numbers)
+        for formula, agreement in zip(term.formulas, agreements):
+            by_measure[formula.text] = _means(inference, term, weights, agreement)
     found = probability(weights)
     numbers_count = np.array([any(t.printed is not None and t.legend is None and t.when.items() <= c.items() for _, t in terms)
                               for c in inference.combinations])  # fmt: skip
@@ -338,6 +370,18 @@ def judge(likelihood, numbers_at, claim, posterior, seed=0):
     wider = dict(zip(inference.unknowns, rest.widths() / posterior.widths()))
     return Verdict(claim, first.says, found, by_reading, by_threshold, by_unknown, by_measure, wider,
                    float(volumes[0] / volumes[1]), tail)  # fmt: skip
+
+
+def _means(inference, term, weights, values):
+    """Means of ``values`` (n,) under each reading of a kind on which the ``term`` does not depend, and under () all."""
+    combinations = inference.combinations
+    counts = np.array([term.when.items() <= c.items() for c in combinations])
+    kinds = [(kind, reading) for kind, names in inference.readings.items() if kind not in term.when for reading in names]
+    means = {}
+    for key in ((), *kinds):
+        share = weights[[count and (not key or c[key[0]] == key[1]) for count, c in zip(counts, combinations)]].sum(axis=0)
+        means[key] = float(share @ values / share.sum()) if share.sum() > 0 else np.nan
+    return means
 
 
 # The whole -----------------------------------------------------------------------------------------------
@@ -441,11 +485,11 @@ class Direct(NamedTuple):
 
 
 def sample_directly(result, ensemble, n, seed=1):
-    """A `Direct` posterior by importance sampling with ``n`` points, all of them run.
+    """A `Direct` posterior by importance sampling with ``n`` points, all of them run at the wish of the checks.
 
     They are drawn from the samples of ``result``, each moved by a normal distribution (_WIDER: broader than the
     posterior, so that it may turn out wrong), and weighted by prior times the likelihood of their runs over the density
-    they were drawn from. The emulator has no part in the weights but the mean correction for the accuracy wish.
+    they were drawn from. The emulator has no part in the weights.
     """
     inference, rng = result.inference, np.random.default_rng(seed)
     centres = result.posterior.drawn(_CANDIDATES, seed)
@@ -456,13 +500,10 @@ def sample_directly(result, ensemble, n, seed=1):
         places = np.concatenate([places, moved[np.all((moved > 0) & (moved < 1), axis=1)]])[:n]
     off = np.linalg.solve(spread, (places[:, None, :] - centres).reshape(-1, centres.shape[1]).T).T
     proposal = logsumexp(-0.5 * (off**2).sum(axis=1).reshape(n, -1), axis=1)
-    table = result.emulator.corrected(ensemble.quantities(places, inference.design.accuracy))
+    table = ensemble.quantities(places, inference.design.checked_at)
     good = np.all(np.isfinite(table), axis=1)
     places, table, proposal = places[good], table[good], proposal[good]
-    checked = result.stages.get("finer")
     errors = [0.0 * e for e in result.likelihood.errors]
-    if checked:
-        errors = errors_of(inference, result.emulator.corrected(result.stages["checked"][1]), checked[1])
     logs = Likelihood(inference, errors).log(table_numbers(inference, table))
     log_weights = logsumexp(logs, axis=0) - np.log(len(logs)) - proposal
     weights = np.exp(log_weights - logsumexp(log_weights))
