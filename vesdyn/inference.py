@@ -237,7 +237,8 @@ def sample(likelihood, numbers_at, without=(), given=None, held=None, effective=
 
     with threadpool_limits(1):  # the matrices are small
         n = max(2, int(free.sum()))  # the sampler needs two: the second of one alone changes nothing
-        sampler = Sampler(lambda u: u, log_likelihood, n, n_live=_LIVE, n_networks=0, n_batch=_LIVE,
+        live = _LIVE if effective is None else _LIVE // 2
+        sampler = Sampler(lambda u: u, log_likelihood, n, n_live=live, n_networks=0, n_batch=live,
                           vectorized=True, pass_dict=False, seed=seed)  # fmt: skip
         sampler.run(n_eff=effective or _SAMPLES, discard_exploration=False)
     some, log_weights, _ = sampler.posterior()
