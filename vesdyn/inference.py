@@ -420,7 +420,7 @@ def infer(inference, ensemble, tell=print, claims=True):
             new = _refinement(found, emulator, n, design.seed + r)
             ensemble.remember("refined", new)
             added = np.concatenate([added, new])
-        elif r < _ROUNDS - 1:
+        elif r < _ROUNDS - 1 and len(added) == design.refined:
             continue
         every = np.concatenate([places, added])
         tell(f"refinement: {len(added)} points in the posterior")
