@@ -19,10 +19,10 @@ FILE = looks.ROOT / "configs" / "inference" / "paper.yaml"
 OWN = looks.ROOT / "configs" / "inference" / "own-curves.yaml"
 RUNS = looks.ROOT / "runs" / "inference"
 HELD = {"membrane.thickness": 0.01, "membrane.prestretch": 1.0}
-DIRECT = 12  # points that are run instead of emulated
+DIRECT = 8  # points that are run instead of emulated
 TRIALS = 20  # synthetic experiments
 PICTURES = "corner", "predictive"
-N_DRAWS = 8  # parameter sets for the second band of the figures
+N_DRAWS = 6  # parameter sets for the second band of the figures
 READ_WITH = """\
 - Evidence ratios and intervals hold for the priors, errors, thresholds, slip and model error of `configs/inference/paper.yaml`;
   "Other choices" tells how far they move with these.
