@@ -17,7 +17,7 @@ from vesdyn.emulator import Emulator
 from vesdyn.ensemble import Ensemble
 from vesdyn.errors import CaseError
 from vesdyn.inference import (
-    Likelihood, infer, nodes, probability, sample, sample_directly, scanned, sensitivity, trials,
+    Likelihood, infer, nodes, probability, Scan, sample, sample_directly, sensitivity, trials,
 )  # fmt: skip
 from vesdyn.inference_file import Inference, read_held
 from vesdyn.inference_report import called, write
@@ -400,8 +400,7 @@ def test_a_scan_finds_the_probability_of_a_reading_that_is_next_to_impossible(tm
     emulator = Emulator(inference, places, ClosedForm(inference).quantities(places, 0.02))
     likelihood = Likelihood(inference, [[0.002]] * 3)
     exact = on_a_grid(likelihood, emulator.numbers).probability(inference, "scale", "two")
-    places = np.random.default_rng(1).random((20_000, 2))
-    found = scanned(likelihood, places, emulator.numbers(places)).probability(inference, "scale", "two")
+    found = Scan(inference, emulator.numbers).posterior(likelihood).probability(inference, "scale", "two")
     assert exact < 1e-6 and found == pytest.approx(exact, rel=0.2)
 
 

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-
 from vesdyn.batch import run_batch
+from vesdyn.errors import RunError
 from vesdyn.planning import needs_planning, plan
 from vesdyn.provenance import sources_hash
 from vesdyn.quantities import COLUMNS
@@ -95,7 +95,12 @@ class Ensemble:
             self.runs += len(some)
 
     def _keep(self, directory, outcome, file):
-        """Store the columns of a finished run, or nothing of one that failed, and remove its directory."""
+        """Store the columns of a finished run, or nothing of one that failed, and remove its directory.
+
+        Raises vesdyn.errors.RunError where none was begun, which is no fault of the point.
+        """
+        if not directory.path.exists():
+            raise RunError(f"{file.stem}: {outcome.reason}")
         rows = {}
         if outcome.state == "finished":
             history = directory.history()

@@ -43,8 +43,11 @@ _LIVE = 300  # points of the nested sampling
 _FEW = 1000  # effective samples of a posterior that is only looked at on the way
 _SAMPLES = 3000  # of one that is told
 _CANDIDATES = 1000  # samples among which points are chosen
+_RARE = 1e-15  # the same of a scan, which is to find readings that are next to impossible
 _NEGLIGIBLE = 1e-6  # weight of a sample / largest weight, below which it is dropped
-_SCANNED = 2**15  # points of the prior at which other choices are tried
+_SCANNED = 2**15  # points of the prior that a scan weighs
+ENOUGH = 200  # effective samples of a scan that are enough
+_FEW_ENOUGH = 30  # for the probability of a claim under one reading
 _WIDER = 1.3  # spread of the proposals of a direct sampler / spread of the posterior
 
 
@@ -110,10 +113,14 @@ class Likelihood:
             mean = (1.0 - self.inference.slip) * mean + 0.5 * self.inference.slip
         return np.log(mean + _TINY)
 
-    def log(self, numbers, without=()):
-        """Log likelihood (n_combinations, m) under each combination of readings, the claims ``without`` left out."""
+    def log(self, numbers, without=(), known=None):
+        """Log likelihood (n_combinations, m) under each combination of readings, the claims ``without`` left out.
+
+        ``known`` holds the logs of all terms by their index where these were computed before (`log_of_term`).
+        """
         terms = self.inference.terms
-        logs = {i: self.log_of_term(i, numbers) for i, term in enumerate(terms) if term.claim not in without}
+        logs = {i: self.log_of_term(i, numbers) if known is None else known[i]
+                for i, term in enumerate(terms) if term.claim not in without}  # fmt: skip
         total = []
         for combination in self.inference.combinations:
             figures = {}
@@ -199,6 +206,13 @@ class Samples(NamedTuple):
         """``n`` places drawn with these weights."""
         return self.places[np.random.default_rng(seed).choice(len(self.weights), n, p=self.weights)]
 
+    def thinned(self, n=_FEW):
+        """About the same samples, ``n`` of equal weight; those that there are where they are fewer."""
+        if len(self.weights) <= n:
+            return self
+        chosen = np.searchsorted(np.cumsum(self.weights) / self.weights.sum(), (np.arange(n) + 0.5) / n)
+        return Samples(self.places[chosen], np.full(n, 1.0 / n), self.log_evidence, self.readings[:, chosen])
+
     def widths(self):
         """Widths (d,) of the 90 % intervals of the places."""
         return np.array([np.ptp(self.quantiles(place, INTERVAL)) for place in self.places.T])
@@ -220,8 +234,7 @@ def sample(likelihood, numbers_at, without=(), given=None, held=None, effective=
     from threadpoolctl import threadpool_limits
 
     inference = likelihood.inference
-    chosen = np.array([given is None or c[given[0]] == given[1] for c in inference.combinations])
-    fixed = np.array([u.place((held or {}).get(key, np.nan)) for key, u in inference.unknowns.items()])
+    chosen, fixed = _chosen(inference, given), _held_places(inference, held)
     free = np.isnan(fixed)
 
     def whole(some):
@@ -251,33 +264,66 @@ def sample(likelihood, numbers_at, without=(), given=None, held=None, effective=
     return Samples(places, weights, float(sampler.log_z), readings)
 
 
-def scanned(likelihood, places, numbers, log_prior=0.0, without=()):
-    """Samples of the posterior at given ``places`` (n, n_unknowns), even in [0, 1], where the quantities are ``numbers``.
+def _chosen(inference, given):
+    """Which combinations (n_combinations,) of readings have the one ``given``, a kind and a reading; all where none is."""
+    return np.array([given is None or c[given[0]] == given[1] for c in inference.combinations])
 
-    ``log_prior`` (n,) is the log of another prior over that of the places. The readings' probabilities are averaged over all
-    places, so that an improbable reading is found where it lies. No better than the effective number of samples.
+
+def _held_places(inference, held):
+    """Places (n_unknowns,) of the unknowns that are ``held``; NaN of the others."""
+    return np.array([u.place((held or {}).get(key, np.nan)) for key, u in inference.unknowns.items()])
+
+
+class Scan:
+    """Points of the prior (Sobol, ``n``) and what the data say there: posteriors under other choices by weighing them anew.
+
+    No better than the effective number of samples, which falls as data narrow the posterior down; but cheap, and an
+    improbable reading is found where it lies.
     """
-    logs = likelihood.log(numbers, without)
-    total = logsumexp(logs, axis=0) - np.log(len(logs)) + log_prior
-    evidence = logsumexp(total)
-    return Samples(places, np.exp(total - evidence), float(evidence - np.log(len(places))), np.exp(logs - logsumexp(logs, axis=0)))
+
+    def __init__(self, inference, numbers_at, n=_SCANNED, held=None):
+        self.inference, fixed = inference, _held_places(inference, held)
+        self.places = qmc.Sobol(len(inference.unknowns), seed=inference.design.seed).random(n)
+        self.places[:, ~np.isnan(fixed)] = fixed[~np.isnan(fixed)]
+        self.values, self.numbers, self._known = inference.values(self.places), numbers_at(self.places), None
+        self._last = None  # the likelihood of which the logs are kept
+
+    def posterior(self, likelihood, without=(), given=None, unknowns=None):
+        """Samples of the posterior by ``likelihood``; ``without`` and ``given`` as for `sample`, ``unknowns`` as priors."""
+        if self._last is not likelihood:
+            terms = range(len(likelihood.inference.terms))
+            self._known = {i: likelihood.log_of_term(i, self.numbers).astype(np.float32) for i in terms}
+            self._last = likelihood
+        logs = likelihood.log(self.numbers, without, self._known)
+        chosen = _chosen(self.inference, given)
+        total = logsumexp(logs[chosen], axis=0) - np.log(chosen.sum())
+        for key, new in (unknowns or {}).items():
+            k = list(self.inference.unknowns).index(key)
+            old, values = self.inference.unknowns[key], self.values[:, k]
+            total = total + np.log(new.density(values) / old.density(values) + _TINY)
+        evidence = float(logsumexp(total) - np.log(len(total)))
+        keep = total > total.max() + np.log(_RARE)
+        weights = np.exp(total[keep] - logsumexp(total[keep]))
+        readings = np.zeros((len(chosen), keep.sum()))
+        readings[chosen] = np.exp(logs[chosen][:, keep] - logsumexp(logs[chosen][:, keep], axis=0))
+        return Samples(self.places[keep], weights, evidence, readings)
+
+
+def found(likelihood, numbers_at, scan, without=(), given=None, seed=0, enough=ENOUGH):
+    """Samples of a posterior by the ``scan`` where it holds ``enough`` of them, else by nested sampling."""
+    samples = scan.posterior(likelihood, without, given)
+    if samples.effective >= enough:
+        return samples
+    return sample(likelihood, numbers_at, without=without, given=given, effective=_FEW, seed=seed)
 
 
 def sensitivity(result, n=_SCANNED):
-    """Posteriors under other choices, by name: those of the file as stated first, then each of its variants.
-
-    The emulator is asked once, at ``n`` points of the prior (Sobol); the variants weigh them anew.
-    """
-    inference = result.inference
-    places = qmc.Sobol(len(inference.unknowns), seed=inference.design.seed).random(n)
-    values, numbers = inference.values(places), result.emulator.numbers(places)
+    """Posteriors under other choices, by name: those of the file as stated first, then each of its variants."""
+    scan = Scan(result.inference, result.emulator.numbers, n)
     tried = {}
-    for variant in (Variant(name="as stated"), *inference.variants):
-        other = inference.varied(variant)
-        ratios = [new.density(v) / old.density(v)
-                  for new, old, v in zip(other.unknowns.values(), inference.unknowns.values(), values.T)]  # fmt: skip
-        log_prior = np.log(np.prod(ratios, axis=0) + _TINY)
-        tried[variant.name] = scanned(Likelihood(other, result.likelihood.errors), places, numbers, log_prior, variant.without)
+    for variant in (Variant(name="as stated"), *result.inference.variants):
+        likelihood = Likelihood(result.inference.varied(variant), result.likelihood.errors)
+        tried[variant.name] = scan.posterior(likelihood, variant.without, unknowns=variant.unknowns)
     return tried
 
 
@@ -314,14 +360,19 @@ class Verdict(NamedTuple):
         return "refuted" if max(self.probability, self.tail) <= REFUTED else "open"
 
 
-def judge(likelihood, numbers_at, claim, posterior, seed=0):
-    """The `Verdict` on ``claim``; ``posterior`` is that of all data."""
+def judge(likelihood, numbers_at, claim, posterior, scan, seed=0):
+    """The `Verdict` on ``claim``; ``posterior`` is that of all data, found in the same way (`found`)."""
     inference = likelihood.inference
-    rest = sample(likelihood, numbers_at, without=(claim,), effective=_FEW, seed=seed)
-    numbers = numbers_at(rest.places)
+    whole = found(likelihood, numbers_at, scan, without=(claim,), seed=seed)
+    kinds = [(kind, reading) for kind, names in inference.readings.items() for reading in names]
+    rests = {(): whole.thinned()} | {
+        key: found(likelihood, numbers_at, scan, (claim,), key, seed, enough=_FEW_ENOUGH).thinned() for key in kinds
+    }
+    parts = {key: (rest.readings * rest.weights, numbers_at(rest.places)) for key, rest in rests.items()}
+    rest, (weights, numbers) = rests[()], parts[()]
     terms = [(i, term) for i, term in enumerate(inference.terms) if term.claim == claim]
 
-    def probability(weights, change=lambda term: term, below=False):
+    def probability(weights, numbers=numbers, change=lambda term: term, below=False):
         """Mean over terms, formulas and samples, of the readings under which each term counts.
 
         Of agreement, or with ``below`` of a computed number below the printed one.
@@ -330,18 +381,12 @@ def judge(likelihood, numbers_at, claim, posterior, seed=0):
         for k, combination in enumerate(inference.combinations):
             if not weights[k].any():
                 continue
-            found = [judged(change(term), likelihood.errors[i], numbers).mean(axis=0)
-                     for i, term in terms if term.when.items() <= combination.items()]  # fmt: skip
-            total += np.sum(weights[k] * np.mean(found, axis=0))
+            each = [judged(change(term), likelihood.errors[i], numbers).mean(axis=0)
+                    for i, term in terms if term.when.items() <= combination.items()]  # fmt: skip
+            total += np.sum(weights[k] * np.mean(each, axis=0))
         return float(total / weights.sum())
 
-    weights = rest.readings * rest.weights
-    by_reading = {}
-    for kind, readings in inference.readings.items():
-        for reading in readings:
-            chosen = np.array([c[kind] == reading for c in inference.combinations])
-            share = weights * chosen[:, None]
-            by_reading[kind, reading] = probability(share) if share.sum() > 0 else np.nan
+    by_reading = {key: probability(*parts[key]) for key in kinds}
     by_unknown = {}
     for k, unknown in enumerate(inference.unknowns):
         below = rest.places[:, k] < rest.quantiles(rest.places[:, k], [0.5])[0]
@@ -351,14 +396,17 @@ def judge(likelihood, numbers_at, claim, posterior, seed=0):
     by_threshold = None
     if limits is not None and limits[0] < limits[1]:
         side = "above" if first.above else "below"
-        ends = [probability(weights, lambda term: term._replace(**{side: (end, end)})) for end in limits]
+        ends = [probability(weights, change=lambda term: term._replace(**{side: (end, end)})) for end in limits]
         by_threshold = limits, tuple(ends)
     by_measure = {}
     for i, term in terms if len(first.formulas) > 1 else ():
-        agreements = likelihood.agreement(term, likelihood.errors[i], numbers)
-        for formula, agreement in zip(term.formulas, agreements):
-            by_measure[formula.text] = _means(inference, term, weights, agreement)
-    found = probability(weights)
+        count = np.array([term.when.items() <= c.items() for c in inference.combinations])
+        for key, (some, there) in parts.items():
+            if not key or key[0] not in term.when:
+                share = some[count].sum(axis=0)
+                for formula, agreement in zip(term.formulas, likelihood.agreement(term, likelihood.errors[i], there)):
+                    by_measure.setdefault(formula.text, {})[key] = float(share @ agreement / share.sum())
+    agreed = probability(weights)
     numbers_count = np.array([any(t.printed is not None and t.legend is None and t.when.items() <= c.items() for _, t in terms)
                               for c in inference.combinations])  # fmt: skip
     tail = 0.0
@@ -367,22 +415,10 @@ def judge(likelihood, numbers_at, claim, posterior, seed=0):
         if share.sum() > 0.0:
             part = probability(share, below=is_number)
             tail += share.sum() * (2.0 * min(part, 1.0 - part) if is_number else part)
-    volumes = [np.sqrt(max(np.linalg.det(some.covariance()), _TINY)) for some in (rest, posterior)]
-    wider = dict(zip(inference.unknowns, rest.widths() / posterior.widths()))
-    return Verdict(claim, first.says, found, by_reading, by_threshold, by_unknown, by_measure, wider,
+    volumes = [np.sqrt(max(np.linalg.det(some.covariance()), _TINY)) for some in (whole, posterior)]
+    wider = dict(zip(inference.unknowns, whole.widths() / posterior.widths()))
+    return Verdict(claim, first.says, agreed, by_reading, by_threshold, by_unknown, by_measure, wider,
                    float(volumes[0] / volumes[1]), tail)  # fmt: skip
-
-
-def _means(inference, term, weights, values):
-    """Means of ``values`` (n,) under each reading of a kind on which the ``term`` does not depend, and under () all."""
-    combinations = inference.combinations
-    counts = np.array([term.when.items() <= c.items() for c in combinations])
-    kinds = [(kind, reading) for kind, names in inference.readings.items() if kind not in term.when for reading in names]
-    means = {}
-    for key in ((), *kinds):
-        share = weights[[count and (not key or c[key[0]] == key[1]) for count, c in zip(counts, combinations)]].sum(axis=0)
-        means[key] = float(share @ values / share.sum()) if share.sum() > 0 else np.nan
-    return means
 
 
 # The whole -----------------------------------------------------------------------------------------------
@@ -416,8 +452,8 @@ def infer(inference, ensemble, tell=print, claims=True):
     for r in range(_ROUNDS if design.refined else 0):
         n = design.refined * (r + 1) // _ROUNDS - len(added)
         if n > 0:
-            found = sample(likelihood, emulator.numbers, effective=_FEW, seed=design.seed + r)
-            new = _refinement(found, emulator, n, design.seed + r)
+            some = sample(likelihood, emulator.numbers, effective=_FEW, seed=design.seed + r)
+            new = _refinement(some, emulator, n, design.seed + r)
             ensemble.remember("refined", new)
             added = np.concatenate([added, new])
         elif r < _ROUNDS - 1 and len(added) == design.refined:
@@ -432,8 +468,8 @@ def infer(inference, ensemble, tell=print, claims=True):
     if design.checks:
         checks = ensemble.remembered("checked")[: design.checks]
         if len(checks) < design.checks:
-            found = sample(likelihood, emulator.numbers, effective=_FEW, seed=design.seed)
-            new = _spread_out(found.drawn(_CANDIDATES, design.seed), checks, design.checks - len(checks))
+            some = sample(likelihood, emulator.numbers, effective=_FEW, seed=design.seed)
+            new = _spread_out(some.drawn(_CANDIDATES, design.seed), checks, design.checks - len(checks))
             ensemble.remember("checked", new)
             checks = np.concatenate([checks, new])
         tell(f"checks: {len(checks)} points at a wish of {design.checked_at:g}")
@@ -445,12 +481,14 @@ def infer(inference, ensemble, tell=print, claims=True):
         likelihood = Likelihood(inference, [np.hypot(a, b) for a, b in zip(by_emulator, by_runs)])
     tell("posterior")
     posterior = sample(likelihood, emulator.numbers, seed=design.seed)
-    under = {(kind, reading): sample(likelihood, emulator.numbers, given=(kind, reading), seed=design.seed)
+    scan = Scan(inference, emulator.numbers)
+    under = {(kind, reading): found(likelihood, emulator.numbers, scan, given=(kind, reading), seed=design.seed)
              for kind, readings in inference.readings.items() for reading in readings}  # fmt: skip
     verdicts = []
-    for claim in inference.claims if claims else ():
-        tell(f"without {claim}")
-        verdicts.append(judge(likelihood, emulator.numbers, claim, posterior, design.seed))
+    if claims:
+        tell("claims")
+        every = found(likelihood, emulator.numbers, scan, seed=design.seed)
+        verdicts = [judge(likelihood, emulator.numbers, claim, every, scan, design.seed) for claim in inference.claims]
     return Result(inference, emulator, likelihood, stages, posterior, under, verdicts)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from vesdyn.ensemble import Ensemble
 from vesdyn.errors import CaseError
-from vesdyn.inference import INTERVAL, SETS, UNDETERMINED, infer, sample, sample_directly, sensitivity, trials
+from vesdyn.inference import ENOUGH, INTERVAL, SETS, UNDETERMINED, Scan, infer, sample, sample_directly, sensitivity, trials
 
 _PRIOR_WIDTH = INTERVAL[1] - INTERVAL[0]  # of the places of an unknown
 _COLORS = "#12355b", "#b5382a", "#3f8f78", "#e0a030"  # told apart by lightness as well
@@ -136,7 +136,10 @@ def unknowns(result):
 def held_table(result, held):
     """Table of the other unknowns where some are ``held``, under each reading."""
     every = {"all data": None, **{f"{kind}: {reading}": (kind, reading) for kind, reading in result.under}}
-    found = {name: sample(result.likelihood, result.emulator.numbers, given=given, held=held) for name, given in every.items()}
+    scan = Scan(result.inference, result.emulator.numbers, held=held)
+    found = {name: scan.posterior(result.likelihood, given=given) for name, given in every.items()}
+    if min(samples.effective for samples in found.values()) < ENOUGH:
+        found = {name: sample(result.likelihood, result.emulator.numbers, given=given, held=held) for name, given in every.items()}
     rows = []
     for k, unknown in enumerate(result.inference.unknowns):
         if unknown not in held:
