@@ -3,6 +3,7 @@
 import csv
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,13 +16,14 @@ from vesdyn import inference as inference_module
 from vesdyn.cli import main
 from vesdyn.emulator import Emulator
 from vesdyn.ensemble import Ensemble
-from vesdyn.errors import CaseError
+from vesdyn.errors import CaseError, RunError
 from vesdyn.inference import (
     Likelihood, infer, nodes, probability, Scan, sample, sample_directly, sensitivity, trials,
 )  # fmt: skip
 from vesdyn.inference_file import Inference, read_held
 from vesdyn.inference_report import called, write
 from vesdyn.quantities import Formula, Quantity
+from vesdyn.storage import RunDirectory
 
 CONFIGS = Path(__file__).parents[1] / "configs"
 TIMES = np.geomspace(1e-4, 3.0, 300)
@@ -506,6 +508,15 @@ def test_a_run_that_fails_leaves_a_gap(tmp_path, monkeypatch):
     with pytest.warns(UserWarning, match="left out"):
         table = ensemble.quantities(np.array([[0.2, 0.5], [0.9, 0.5]]), 0.2)
     assert np.isfinite(table[0, 0]) and np.isnan(table[1, 0])
+
+
+def test_a_run_that_was_never_begun_is_no_gap(tmp_path):
+    """A process that died is no fault of the point: the next call runs it."""
+    ensemble = Ensemble(inference_of(tmp_path, [FINAL]), tmp_path / "runs", jobs=1, show=False)
+    outcome, file = SimpleNamespace(state="failed", reason="its process died 3 times."), tmp_path / "curve.npz"
+    with pytest.raises(RunError, match="its process died"):
+        ensemble._keep(RunDirectory(tmp_path / "none"), outcome, file)
+    assert not file.exists()
 
 
 @pytest.mark.verify
