@@ -149,7 +149,7 @@ def draw(measured, out=TABLE.parent):
         "",
         "## Measured at the named parameter sets",
         "",
-        *table(["claim", "the paper says", "part", "holds at", "numbers"], measured["measured"]),
+        *table(["claim", "the paper says", "part", "comes out at", "numbers"], measured["measured"]),
         "",
         "## What counts for nothing",
         "",

@@ -96,7 +96,7 @@ def draw(measured, out=looks.OUT):
             ax.set_title(rf"$\bf({letter})$  $t$ = {frame['time']:g} $a_0^2/D$")
         for ax, view in zip(axes[:, 0], ("from above", "through the substrate")):
             ax.text(-0.02, 0.5, view, transform=ax.transAxes, rotation=90, ha="right", va="center", fontsize=7)
-        bar = figure.colorbar(ScalarMappable(norm, COLORS), ax=axes, shrink=0.8, aspect=32, pad=0.01)
+        bar = figure.colorbar(ScalarMappable(norm, COLORS), ax=axes, shrink=0.8, aspect=32, pad=0.01, extend="both")
         bar.set_ticks(LEVELS, labels=[f"{level:g}" for level in LEVELS], minor=False)
         bar.ax.minorticks_off()
         bar.ax.hlines(LEVELS, 0, 1, colors="white", linewidths=0.6)

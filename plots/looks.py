@@ -16,12 +16,13 @@ from matplotlib.ticker import FixedLocator, NullLocator
 
 from vesdyn.errors import CaseError, RunError
 from vesdyn.files import replace_file
-from vesdyn.study import SNAPSHOTS, Study, common_times, holds_from, separation
+from vesdyn.study import SNAPSHOTS, UNCHANGED, Study, common_times, holds_from, separation
 
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "plots" / "out"
 DRAWS = ROOT / "docs" / "inference-draws.csv"
 DATA = ROOT / "tests" / "data"  # tables of independent computations
+INDEPENDENT = {"drag": 0.07, "receptors.mobility": 2.1875}  # of the independent computation, and of all that is compared with it
 TITLE = {"typical": "typical case", "fig9-base": "soft case of Fig. 9"}
 
 # Told apart by lightness as well; beside it, every curve has a marker or a line of its own
@@ -68,8 +69,11 @@ UNITS = {"membrane.shear_modulus": "$kT/a_0^2$", "adhesion.traction": "$kT/a_0^3
 # Scripts -------------------------------------------------------------------------------------------------
 
 
-def command_line(measure, draw, out=OUT):
-    """Carry out a script: what ``measure`` makes of a study is drawn into the folder that the command line names."""
+def command_line(measure, draw, out=OUT, every=UNCHANGED):
+    """Carry out a script: what ``measure`` makes of a study is drawn into the folder that the command line names.
+
+    ``every`` holds changes made to each run.
+    """
     parser = argparse.ArgumentParser(description=sys.modules["__main__"].__doc__.split("\n")[0])
     parser.add_argument(
         "--out", type=Path, default=out, metavar="DIR", help="where the result goes (default: %(default)s)"
@@ -80,7 +84,8 @@ def command_line(measure, draw, out=OUT):
     parser.add_argument("--jobs", type=int, metavar="N", help="runs side by side (default: one a core)")
     arguments = parser.parse_args()
     try:
-        draw(measure(Study(arguments.runs, jobs=arguments.jobs, show=True, draws=drawn_parameters())), arguments.out)
+        draw(measure(Study(arguments.runs, jobs=arguments.jobs, show=True, every=every,
+                           draws=drawn_parameters())), arguments.out)  # fmt: skip
     except (CaseError, RunError, OSError) as error:
         raise SystemExit(str(error)) from None
     except KeyboardInterrupt:

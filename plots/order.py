@@ -167,4 +167,4 @@ def draw(measured, out=looks.OUT):
 
 
 if __name__ == "__main__":
-    looks.command_line(measure, draw)
+    looks.command_line(measure, draw, every=looks.INDEPENDENT)

@@ -9,7 +9,7 @@ from vesdyn.inference import Samples
 GRID = 120  # points to a side
 
 
-def on_a_grid(likelihood, numbers_at, without=None, given=None, held=None, effective=None, seed=0):
+def on_a_grid(likelihood, numbers_at, without=(), given=None, held=None, effective=None, seed=0):
     """Takes the place of `vesdyn.inference.sample`: the posterior of two unknowns by quadrature, exact but for the grid."""
     inference = likelihood.inference
     axes = [np.array([u.place(held[key])]) if key in (held or {}) else (np.arange(GRID) + 0.5) / GRID

@@ -21,7 +21,6 @@ from vesdyn import batch
 from vesdyn.batch import BatchError, read_cases, run_batch
 from vesdyn.case import Case
 from vesdyn.case_file import load_case
-from vesdyn.errors import CaseError
 from vesdyn.cli import main
 from vesdyn.provenance import identity
 from vesdyn.run import run_case

@@ -51,7 +51,7 @@ def test_every_curve_of_the_figures_has_one_config():
             adhesion = case.adhesion
             scene = (case.membrane.shear_modulus, adhesion.traction, adhesion.cutoff, adhesion.ligand_ratio)
             assert parameters.setdefault(scene, file.stem) == file.stem
-            assert case.receptors.mobility == 2.1875 and case.drag == 0.07
+            assert case.receptors.mobility == 13 and case.drag == 0.024
     figure_4 = {(K, 1.51, 0.1, 8) for K in (0.603, 1.206, 1.81, 3.018)}
     figure_5 = {(1.81, T, 0.1, 8) for T in (0.302, 0.604, 1.51, 2.416)}
     figure_6 = {(1.81, 1.51, d_c, 8) for d_c in (0.06, 0.1, 0.18)}
@@ -59,8 +59,16 @@ def test_every_curve_of_the_figures_has_one_config():
     assert parameters.keys() == figure_4 | figure_5 | figure_6 | figure_7
 
 
-def test_typical_config_holds_the_defaults():
-    assert load_case(CONFIGS[[f.stem for f in CONFIGS].index("typical")]) == Case(name="typical")
+def test_typical_config_holds_the_defaults_but_for_what_was_inferred():
+    case = load_case(CONFIGS[[f.stem for f in CONFIGS].index("typical")])
+    assert case == Case(name="typical", drag=0.024, receptors={"mobility": 13})
+
+
+def test_the_other_reading_of_the_paper_is_a_base_of_its_own(tmp_path):
+    base = CONFIGS[0].parent / "base" / "extremes.yaml"
+    (tmp_path / "case.yaml").write_text(f"name: typical\nbase: {base}\n")
+    case = load_case(tmp_path / "case.yaml")
+    assert (case.drag, case.receptors.mobility, case.adhesion.traction) == (0.07, 2.1875, 2.416)
 
 
 def test_resolved_case_reads_back_to_an_equal_one(load):

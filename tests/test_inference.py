@@ -3,6 +3,7 @@
 import csv
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,12 +18,13 @@ from vesdyn.emulator import Emulator
 from vesdyn.ensemble import Ensemble
 from vesdyn.errors import CaseError, RunError
 from vesdyn.inference import (
-    Likelihood, infer, nodes, probability, sample, sample_directly, trials,
+    Likelihood, infer, nodes, probability, Scan, sample, sample_directly, sensitivity, trials,
 )  # fmt: skip
 from vesdyn.inference_file import Inference, read_held
 from vesdyn.inference_report import called, write
 from vesdyn.quantities import Formula, Quantity
 from vesdyn.run import Outcome
+from vesdyn.storage import RunDirectory
 
 CONFIGS = Path(__file__).parents[1] / "configs"
 TIMES = np.geomspace(1e-4, 3.0, 300)
@@ -135,6 +137,8 @@ def test_drift_number_held_is_a_mobility_times_eight_over_the_ratio():
     ({"data": [{"claim": "x", "file": "none.csv", "case": "one"}]}, "none.csv"),
     ({"data": [{"claim": "x", "value": "final(one)", "above": [2.0, 1.0]}]}, "increase"),
     ({"slip": 2.0}, "slip"),
+    ({"variants": [{"name": "v", "without": ["none"]}]}, "no claim none"),
+    ({"variants": [{"name": "v", "unknowns": {"drag": {"low": 0.001, "high": 0.1}}}]}, "within that of the prior"),
     ({"colour": "red"}, "colour"),
 ))  # fmt: skip
 def test_a_fault_of_the_file_is_a_sentence(tmp_path, change, words):
@@ -345,6 +349,64 @@ def test_trials_need_numbers(tmp_path, quadrature):
         trials(result, ClosedForm(inference), 2)
 
 
+# Other choices -------------------------------------------------------------------------------------------
+
+
+VARIANTS = [
+    {"name": "narrow", "unknowns": {"receptors.mobility": {"low": 0.5, "high": 3.5}}},
+    {"name": "even", "unknowns": {"receptors.mobility": {"low": 0.5, "high": 8.0, "prior": "uniform"}}},
+    {"name": "vague", "model_error": 0.2},
+    {"name": "strict", "thresholds": "high"},
+    {"name": "blind", "without": ["large", "final"]},
+]
+
+
+def test_other_choices_are_those_of_an_inference_that_states_them(tmp_path, quadrature):
+    """The scan of the prior under each variant against an inference whose file has the variant's choice, on a grid."""
+    large = {"claim": "large", "value": "final(one)", "above": [0.3, 0.62]}
+    data = [number("final", "final(one)", 0.6, 0.06), number("early", EARLY["value"], 0.632, 0.06), large]
+    inference = inference_of(tmp_path, data, slip=0.01, variants=VARIANTS)
+    result = infer(inference, ClosedForm(inference), lambda line: None, claims=False)
+    tried = sensitivity(result, 2**14)
+    assert [*tried] == ["as stated", *(variant["name"] for variant in VARIANTS)]
+    unknowns = {"drag": {"low": 0.01, "high": 1.0}}
+    stated = {
+        "as stated": (data, {}),
+        "narrow": (data, {"unknowns": {**unknowns, **VARIANTS[0]["unknowns"]}}),
+        "even": (data, {"unknowns": {**unknowns, **VARIANTS[1]["unknowns"]}}),
+        "vague": (data, {"model_error": 0.2}),
+        "strict": ([*data[:2], {**large, "above": 0.62}], {}),
+        "blind": (data[1:2], {}),
+    }
+    for name, (other_data, keys) in stated.items():
+        other = inference_of(tmp_path, other_data, slip=0.01, **keys)
+        exact = on_a_grid(Likelihood(other, _errors(result, other)),
+                          lambda places, other=other: result.emulator.numbers(inference.places(other.values(places))))  # fmt: skip
+        found = inference.values(tried[name].places)
+        for k in range(2):
+            there = exact.quantiles(other.values(exact.places)[:, k], [0.1, 0.5, 0.9])
+            assert tried[name].quantiles(found[:, k], [0.1, 0.5, 0.9]) == pytest.approx(there, rel=0.06), (name, k)
+        assert tried[name].log_evidence == pytest.approx(exact.log_evidence, abs=0.1), name
+
+
+def _errors(result, other):
+    """Errors of the terms of ``result`` for those of ``other`` that have the same claims."""
+    known = {term.claim: error for term, error in zip(result.inference.terms, result.likelihood.errors)}
+    return [known[term.claim] for term in other.terms]
+
+
+def test_a_scan_finds_the_probability_of_a_reading_that_is_next_to_impossible(tmp_path):
+    data = [number("x", "final(one)", 0.6, 0.01, when={"scale": "one"}), number("x", "final(one)", 0.3, 0.01, when={"scale": "two"}),
+            number("y", "final(one)", 0.6, 0.05)]  # fmt: skip
+    inference = inference_of(tmp_path, data, readings={"scale": ["one", "two"]})
+    places = np.random.default_rng(0).random((30, 2))
+    emulator = Emulator(inference, places, ClosedForm(inference).quantities(places, 0.02))
+    likelihood = Likelihood(inference, [[0.002]] * 3)
+    exact = on_a_grid(likelihood, emulator.numbers).probability(inference, "scale", "two")
+    found = Scan(inference, emulator.numbers).posterior(likelihood).probability(inference, "scale", "two")
+    assert exact < 1e-6 and found == pytest.approx(exact, rel=0.2)
+
+
 # Verdicts ------------------------------------------------------------------------------------------------
 
 
@@ -412,7 +474,9 @@ def test_threshold_ends_measures_and_readings_are_told(tmp_path, quadrature):
     found = verdicts["some"]
     limits, (low, high) = found.by_threshold
     assert limits == (0.5, 1.0) and low > found.probability > high
-    assert found.by_measure[1] > found.by_measure[0]
+    one, two, half = found.by_measure.values()
+    assert two[()] > one[()] > half[()]  # 2 final, final, final / 2 against the same threshold
+    assert {*found.by_measure} == {"final(one)", "2 * final(one)", "final(one) / 2"}
     assert found.by_reading["way", "a"] > found.by_reading["way", "b"]
 
 
@@ -487,6 +551,15 @@ def test_a_run_that_fails_leaves_a_gap(tmp_path, monkeypatch):
     with pytest.warns(UserWarning, match="left out"):
         table = ensemble.quantities(np.array([[0.2, 0.5], [0.9, 0.5]]), 0.2)
     assert np.isfinite(table[0, 0]) and np.isnan(table[1, 0])
+
+
+def test_a_run_that_was_never_begun_is_no_gap(tmp_path):
+    """A process that died is no fault of the point: the next call runs it."""
+    ensemble = Ensemble(inference_of(tmp_path, [FINAL]), tmp_path / "runs", jobs=1, show=False)
+    outcome, file = SimpleNamespace(state="failed", reason="its process died 3 times."), tmp_path / "curve.npz"
+    with pytest.raises(RunError, match="its process died"):
+        ensemble._keep(RunDirectory(tmp_path / "none"), outcome, file)
+    assert not file.exists()
 
 
 @pytest.mark.verify

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from vesdyn import plain_yaml
 from vesdyn.case import SECTIONS, Case, in_full, merged, validated
 from vesdyn.errors import CaseError
-from vesdyn.refusals import argument, joined, name_shown, printable, printable_path, shown
+from vesdyn.refusals import argument, name_shown, printable, printable_path, shown
 
 LARGEST_FILE = 1_000_000  # bytes
 MOST_BASES = 20

@@ -1,8 +1,9 @@
 """Curves of the cases of an inference at many points of its unknowns: run as batches, once, and kept.
 
 A run leaves one small file, named by a hash of its case, in a folder named by a hash of the sources that computed it,
-so nothing is ever taken from another version, and a batch that was stopped goes on. The bodies and meshes that a case
-leaves to be chosen are chosen once, in the middle of the unknowns' ranges, and are the same at all points.
+so nothing is ever taken from another version, and a batch that was stopped goes on, under other priors too. Where a
+case leaves the body to be chosen it is chosen once, for the case as given, and is the same at all points; mesh and step
+are those that each point needs for the accuracy wish.
 """
 
 import csv
@@ -17,7 +18,6 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
-
 
 from vesdyn import files
 from vesdyn.batch import run_batch
@@ -42,7 +42,7 @@ class Ensemble:
         self.options = {"jobs": jobs, "scheduler": scheduler, "show": show}
         self.curves = self.directory / "curves" / sources_hash()[:12]
         self.runs = 0
-        self._middle, self._chosen = {}, {}
+        self._cases, self._bodies = {}, {}
 
     def quantities(self, places, accuracy):
         """Numbers (n_points, n_quantities) at ``places`` (n_points, n_unknowns); NaN where a run failed."""
@@ -103,7 +103,12 @@ class Ensemble:
             self.runs += len(some)
 
     def _keep(self, directory, outcome, file):
-        """Store the columns of a finished run, or nothing of one that failed, and remove its directory."""
+        """Store the columns of a finished run, or nothing of one that failed, and remove its directory.
+
+        Raises vesdyn.errors.RunError where none was begun, which is no fault of the point.
+        """
+        if not directory.path.exists():
+            raise RunError(f"{file.stem}: {outcome.reason}")
         rows = {}
         if outcome.state == "finished":
             history = directory.history()
@@ -118,23 +123,24 @@ class Ensemble:
         shutil.rmtree(directory.path, ignore_errors=True)
 
     def _file(self, name, values, accuracy):
-        """Where the curve of the case ``name`` is kept, whether it is there or not."""
-        if name not in self._middle:
-            centre = self.inference.values(np.full(len(self.inference.unknowns), 0.5))
-            self._middle[name] = self.inference.case(name, self.inference.settings(name, centre), 0.01).to_yaml()
-        whole = json.dumps([self._middle[name], self.inference.settings(name, values), accuracy], sort_keys=True)
+        """Where the curve of the case ``name`` is kept, whether it is there or not; the priors have no part in it."""
+        whole = json.dumps([self._given(name).to_yaml(), self.inference.settings(name, values), accuracy], sort_keys=True)
         return self.curves / f"{name}-{hashlib.sha256(whole.encode()).hexdigest()[:16]}.npz"
 
     def _case(self, name, values, accuracy):
-        """The case as it is run: no frames, body and mesh as chosen in the middle."""
-        if (name, accuracy) not in self._chosen:
-            centre = self.inference.values(np.full(len(self.inference.unknowns), 0.5))
-            middle = self.inference.case(name, self.inference.settings(name, centre), accuracy)
-            chosen = plan(middle).case if needs_planning(middle) else middle
-            self._chosen[name, accuracy] = {"model": chosen.model, "mesh": chosen.mesh}
+        """The case as it is run: no frames, the body that the case as given has, a mesh of its own."""
+        if name not in self._bodies:
+            given = self._given(name)
+            self._bodies[name] = (plan(given).case if needs_planning(given) else given).model
         case = self.inference.case(name, self.inference.settings(name, values), accuracy)
         output = case.output.model_copy(update={"frames": ()})
-        return case.model_copy(update={**self._chosen[name, accuracy], "output": output})
+        return case.model_copy(update={"model": self._bodies[name], "output": output})
+
+    def _given(self, name):
+        """The case ``name`` with what its inference file sets in it."""
+        if name not in self._cases:
+            self._cases[name] = self.inference.case(name, self.inference.scenes[name].set, self.inference.design.accuracy)
+        return self._cases[name]
 
 
 def _read(file):

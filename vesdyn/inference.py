@@ -29,7 +29,7 @@ from scipy.special import logsumexp, ndtr
 from scipy.stats import qmc
 
 from vesdyn.emulator import Emulator
-from vesdyn.errors import CaseError, RunError
+from vesdyn.inference_file import Variant
 
 SETS = 1.5  # times as wide without it: a claim that has set an unknown
 PREDICTED, REFUTED = 0.9, 0.1  # probabilities from which, and up to which, a claim is called so
@@ -42,7 +42,11 @@ _LIVE = 300  # points of the nested sampling
 _FEW = 1000  # effective samples of a posterior that is only looked at on the way
 _SAMPLES = 3000  # of one that is told
 _CANDIDATES = 1000  # samples among which points are chosen
+_RARE = 1e-15  # the same of a scan, which is to find readings that are next to impossible
 _NEGLIGIBLE = 1e-6  # weight of a sample / largest weight, below which it is dropped
+_SCANNED = 2**15  # points of the prior that a scan weighs
+ENOUGH = 200  # effective samples of a scan that are enough
+_FEW_ENOUGH = 30  # for the probability of a claim under one reading
 _WIDER = 1.3  # spread of the proposals of a direct sampler / spread of the posterior
 
 
@@ -108,10 +112,14 @@ class Likelihood:
             mean = (1.0 - self.inference.slip) * mean + 0.5 * self.inference.slip
         return np.log(mean + _TINY)
 
-    def log(self, numbers, without=None):
-        """Log likelihood (n_combinations, m) under each combination of readings, the claim ``without`` left out."""
+    def log(self, numbers, without=(), known=None):
+        """Log likelihood (n_combinations, m) under each combination of readings, the claims ``without`` left out.
+
+        ``known`` holds the logs of all terms by their index where these were computed before (`log_of_term`).
+        """
         terms = self.inference.terms
-        logs = {i: self.log_of_term(i, numbers) for i, term in enumerate(terms) if term.claim != without}
+        logs = {i: self.log_of_term(i, numbers) if known is None else known[i]
+                for i, term in enumerate(terms) if term.claim not in without}  # fmt: skip
         total = []
         for combination in self.inference.combinations:
             figures = {}
@@ -197,6 +205,13 @@ class Samples(NamedTuple):
         """``n`` places drawn with these weights."""
         return self.places[np.random.default_rng(seed).choice(len(self.weights), n, p=self.weights)]
 
+    def thinned(self, n=_FEW):
+        """About the same samples, ``n`` of equal weight; those that there are where they are fewer."""
+        if len(self.weights) <= n:
+            return self
+        chosen = np.searchsorted(np.cumsum(self.weights) / self.weights.sum(), (np.arange(n) + 0.5) / n)
+        return Samples(self.places[chosen], np.full(n, 1.0 / n), self.log_evidence, self.readings[:, chosen])
+
     def widths(self):
         """Widths (d,) of the 90 % intervals of the places."""
         return np.array([np.ptp(self.quantiles(place, INTERVAL)) for place in self.places.T])
@@ -207,8 +222,8 @@ class Samples(NamedTuple):
         return float(self.weights @ self.readings[chosen].sum(axis=0))
 
 
-def sample(likelihood, numbers_at, without=None, given=None, held=None, effective=None, seed=0):
-    """Samples of the posterior, the claim ``without`` left out.
+def sample(likelihood, numbers_at, without=(), given=None, held=None, effective=None, seed=0):
+    """Samples of the posterior, the claims ``without`` left out.
 
     ``numbers_at(places)`` gives the quantities by name, arrays (m,), at ``places`` (m, n_unknowns). ``given``, a kind
     and a reading, takes that reading for granted; ``held`` maps unknowns to values at which they are held; ``effective``
@@ -218,8 +233,7 @@ def sample(likelihood, numbers_at, without=None, given=None, held=None, effectiv
     from threadpoolctl import threadpool_limits
 
     inference = likelihood.inference
-    chosen = np.array([given is None or c[given[0]] == given[1] for c in inference.combinations])
-    fixed = np.array([u.place((held or {}).get(key, np.nan)) for key, u in inference.unknowns.items()])
+    chosen, fixed = _chosen(inference, given), _held_places(inference, held)
     free = np.isnan(fixed)
 
     def whole(some):
@@ -235,7 +249,8 @@ def sample(likelihood, numbers_at, without=None, given=None, held=None, effectiv
 
     with threadpool_limits(1):  # the matrices are small
         n = max(2, int(free.sum()))  # the sampler needs two: the second of one alone changes nothing
-        sampler = Sampler(lambda u: u, log_likelihood, n, n_live=_LIVE, n_networks=0, n_batch=_LIVE,
+        live = _LIVE if effective is None else _LIVE // 2
+        sampler = Sampler(lambda u: u, log_likelihood, n, n_live=live, n_networks=0, n_batch=live,
                           vectorized=True, pass_dict=False, seed=seed)  # fmt: skip
         sampler.run(n_eff=effective or _SAMPLES, discard_exploration=False)
     some, log_weights, _ = sampler.posterior()
@@ -246,6 +261,69 @@ def sample(likelihood, numbers_at, without=None, given=None, held=None, effectiv
     readings = np.zeros((len(chosen), len(places)))
     readings[chosen] = np.exp(logs - logsumexp(logs, axis=0))
     return Samples(places, weights, float(sampler.log_z), readings)
+
+
+def _chosen(inference, given):
+    """Which combinations (n_combinations,) of readings have the one ``given``, a kind and a reading; all where none is."""
+    return np.array([given is None or c[given[0]] == given[1] for c in inference.combinations])
+
+
+def _held_places(inference, held):
+    """Places (n_unknowns,) of the unknowns that are ``held``; NaN of the others."""
+    return np.array([u.place((held or {}).get(key, np.nan)) for key, u in inference.unknowns.items()])
+
+
+class Scan:
+    """Points of the prior (Sobol, ``n``) and what the data say there: posteriors under other choices by weighing them anew.
+
+    No better than the effective number of samples, which falls as data narrow the posterior down; but cheap, and an
+    improbable reading is found where it lies.
+    """
+
+    def __init__(self, inference, numbers_at, n=_SCANNED, held=None):
+        self.inference, fixed = inference, _held_places(inference, held)
+        self.places = qmc.Sobol(len(inference.unknowns), seed=inference.design.seed).random(n)
+        self.places[:, ~np.isnan(fixed)] = fixed[~np.isnan(fixed)]
+        self.values, self.numbers, self._known = inference.values(self.places), numbers_at(self.places), None
+        self._last = None  # the likelihood of which the logs are kept
+
+    def posterior(self, likelihood, without=(), given=None, unknowns=None):
+        """Samples of the posterior by ``likelihood``; ``without`` and ``given`` as for `sample`, ``unknowns`` as priors."""
+        if self._last is not likelihood:
+            terms = range(len(likelihood.inference.terms))
+            self._known = {i: likelihood.log_of_term(i, self.numbers).astype(np.float32) for i in terms}
+            self._last = likelihood
+        logs = likelihood.log(self.numbers, without, self._known)
+        chosen = _chosen(self.inference, given)
+        total = logsumexp(logs[chosen], axis=0) - np.log(chosen.sum())
+        for key, new in (unknowns or {}).items():
+            k = list(self.inference.unknowns).index(key)
+            old, values = self.inference.unknowns[key], self.values[:, k]
+            total = total + np.log(new.density(values) / old.density(values) + _TINY)
+        evidence = float(logsumexp(total) - np.log(len(total)))
+        keep = total > total.max() + np.log(_RARE)
+        weights = np.exp(total[keep] - logsumexp(total[keep]))
+        readings = np.zeros((len(chosen), keep.sum()))
+        readings[chosen] = np.exp(logs[chosen][:, keep] - logsumexp(logs[chosen][:, keep], axis=0))
+        return Samples(self.places[keep], weights, evidence, readings)
+
+
+def found(likelihood, numbers_at, scan, without=(), given=None, seed=0, enough=ENOUGH):
+    """Samples of a posterior by the ``scan`` where it holds ``enough`` of them, else by nested sampling."""
+    samples = scan.posterior(likelihood, without, given)
+    if samples.effective >= enough:
+        return samples
+    return sample(likelihood, numbers_at, without=without, given=given, effective=_FEW, seed=seed)
+
+
+def sensitivity(result, n=_SCANNED):
+    """Posteriors under other choices, by name: those of the file as stated first, then each of its variants."""
+    scan = Scan(result.inference, result.emulator.numbers, n)
+    tried = {}
+    for variant in (Variant(name="as stated"), *result.inference.variants):
+        likelihood = Likelihood(result.inference.varied(variant), result.likelihood.errors)
+        tried[variant.name] = scan.posterior(likelihood, variant.without, unknowns=variant.unknowns)
+    return tried
 
 
 # Claims --------------------------------------------------------------------------------------------------
@@ -260,7 +338,7 @@ class Verdict(NamedTuple):
     by_reading: dict  # (kind, reading): probability
     by_threshold: tuple | None  # ends of its threshold's range and the probabilities there
     by_unknown: dict  # unknown: probabilities below and above its median
-    by_measure: tuple  # one probability for each of its formulas
+    by_measure: dict  # formula, of several: probability by reading, and by () where all are averaged
     wider: dict  # unknown: interval without it / interval with it
     larger: float  # volume of the posterior without it / with it, from the covariances
     tail: float  # of a number: probability of one at least as far off; of a statement: its probability
@@ -281,14 +359,19 @@ class Verdict(NamedTuple):
         return "refuted" if max(self.probability, self.tail) <= REFUTED else "open"
 
 
-def judge(likelihood, numbers_at, claim, posterior, seed=0):
-    """The `Verdict` on ``claim``; ``posterior`` is that of all data."""
+def judge(likelihood, numbers_at, claim, posterior, scan, seed=0):
+    """The `Verdict` on ``claim``; ``posterior`` is that of all data, found in the same way (`found`)."""
     inference = likelihood.inference
-    rest = sample(likelihood, numbers_at, without=claim, effective=_FEW, seed=seed)
-    numbers = numbers_at(rest.places)
+    whole = found(likelihood, numbers_at, scan, without=(claim,), seed=seed)
+    kinds = [(kind, reading) for kind, names in inference.readings.items() for reading in names]
+    rests = {(): whole.thinned()} | {
+        key: found(likelihood, numbers_at, scan, (claim,), key, seed, enough=_FEW_ENOUGH).thinned() for key in kinds
+    }
+    parts = {key: (rest.readings * rest.weights, numbers_at(rest.places)) for key, rest in rests.items()}
+    rest, (weights, numbers) = rests[()], parts[()]
     terms = [(i, term) for i, term in enumerate(inference.terms) if term.claim == claim]
 
-    def probability(weights, change=lambda term: term, below=False):
+    def probability(weights, numbers=numbers, change=lambda term: term, below=False):
         """Mean over terms, formulas and samples, of the readings under which each term counts.
 
         Of agreement, or with ``below`` of a computed number below the printed one.
@@ -297,18 +380,12 @@ def judge(likelihood, numbers_at, claim, posterior, seed=0):
         for k, combination in enumerate(inference.combinations):
             if not weights[k].any():
                 continue
-            found = [judged(change(term), likelihood.errors[i], numbers).mean(axis=0)
-                     for i, term in terms if term.when.items() <= combination.items()]  # fmt: skip
-            total += np.sum(weights[k] * np.mean(found, axis=0))
+            each = [judged(change(term), likelihood.errors[i], numbers).mean(axis=0)
+                    for i, term in terms if term.when.items() <= combination.items()]  # fmt: skip
+            total += np.sum(weights[k] * np.mean(each, axis=0))
         return float(total / weights.sum())
 
-    weights = rest.readings * rest.weights
-    by_reading = {}
-    for kind, readings in inference.readings.items():
-        for reading in readings:
-            chosen = np.array([c[kind] == reading for c in inference.combinations])
-            share = weights * chosen[:, None]
-            by_reading[kind, reading] = probability(share) if share.sum() > 0 else np.nan
+    by_reading = {key: probability(*parts[key]) for key in kinds}
     by_unknown = {}
     for k, unknown in enumerate(inference.unknowns):
         below = rest.places[:, k] < rest.quantiles(rest.places[:, k], [0.5])[0]
@@ -318,14 +395,17 @@ def judge(likelihood, numbers_at, claim, posterior, seed=0):
     by_threshold = None
     if limits is not None and limits[0] < limits[1]:
         side = "above" if first.above else "below"
-        ends = [probability(weights, lambda term: term._replace(**{side: (end, end)})) for end in limits]
+        ends = [probability(weights, change=lambda term: term._replace(**{side: (end, end)})) for end in limits]
         by_threshold = limits, tuple(ends)
-    by_measure = ()
-    if len(first.formulas) > 1:
-        parts = [(weights[[t.when.items() <= c.items() for c in inference.combinations]].sum(axis=0),
-                  likelihood.agreement(t, likelihood.errors[i], numbers)) for i, t in terms]  # fmt: skip
-        by_measure = tuple(float(p) for p in sum((found * w).sum(axis=1) for w, found in parts) / weights.sum())
-    found = probability(weights)
+    by_measure = {}
+    for i, term in terms if len(first.formulas) > 1 else ():
+        count = np.array([term.when.items() <= c.items() for c in inference.combinations])
+        for key, (some, there) in parts.items():
+            if not key or key[0] not in term.when:
+                share = some[count].sum(axis=0)
+                for formula, agreement in zip(term.formulas, likelihood.agreement(term, likelihood.errors[i], there)):
+                    by_measure.setdefault(formula.text, {})[key] = float(share @ agreement / share.sum())
+    agreed = probability(weights)
     numbers_count = np.array([any(t.printed is not None and t.legend is None and t.when.items() <= c.items() for _, t in terms)
                               for c in inference.combinations])  # fmt: skip
     tail = 0.0
@@ -334,9 +414,9 @@ def judge(likelihood, numbers_at, claim, posterior, seed=0):
         if share.sum() > 0.0:
             part = probability(share, below=is_number)
             tail += share.sum() * (2.0 * min(part, 1.0 - part) if is_number else part)
-    volumes = [np.sqrt(max(np.linalg.det(some.covariance()), _TINY)) for some in (rest, posterior)]
-    wider = dict(zip(inference.unknowns, rest.widths() / posterior.widths()))
-    return Verdict(claim, first.says, found, by_reading, by_threshold, by_unknown, by_measure, wider,
+    volumes = [np.sqrt(max(np.linalg.det(some.covariance()), _TINY)) for some in (whole, posterior)]
+    wider = dict(zip(inference.unknowns, whole.widths() / posterior.widths()))
+    return Verdict(claim, first.says, agreed, by_reading, by_threshold, by_unknown, by_measure, wider,
                    float(volumes[0] / volumes[1]), tail)  # fmt: skip
 
 
@@ -371,11 +451,11 @@ def infer(inference, ensemble, tell=print, claims=True):
     for r in range(_ROUNDS if design.refined else 0):
         n = design.refined * (r + 1) // _ROUNDS - len(added)
         if n > 0:
-            found = sample(likelihood, emulator.numbers, effective=_FEW, seed=design.seed + r)
-            new = _refinement(found, emulator, n, design.seed + r)
+            some = sample(likelihood, emulator.numbers, effective=_FEW, seed=design.seed + r)
+            new = _refinement(some, emulator, n, design.seed + r)
             ensemble.remember("refined", new)
             added = np.concatenate([added, new])
-        elif r < _ROUNDS - 1:
+        elif r < _ROUNDS - 1 and len(added) == design.refined:
             continue
         every = np.concatenate([places, added])
         tell(f"refinement: {len(added)} points in the posterior")
@@ -387,8 +467,8 @@ def infer(inference, ensemble, tell=print, claims=True):
     if design.checks:
         checks = ensemble.remembered("checked")[: design.checks]
         if len(checks) < design.checks:
-            found = sample(likelihood, emulator.numbers, effective=_FEW, seed=design.seed)
-            new = _spread_out(found.drawn(_CANDIDATES, design.seed), checks, design.checks - len(checks))
+            some = sample(likelihood, emulator.numbers, effective=_FEW, seed=design.seed)
+            new = _spread_out(some.drawn(_CANDIDATES, design.seed), checks, design.checks - len(checks))
             ensemble.remember("checked", new)
             checks = np.concatenate([checks, new])
         tell(f"checks: {len(checks)} points at a wish of {design.checked_at:g}")
@@ -400,12 +480,14 @@ def infer(inference, ensemble, tell=print, claims=True):
         likelihood = Likelihood(inference, [np.hypot(a, b) for a, b in zip(by_emulator, by_runs)])
     tell("posterior")
     posterior = sample(likelihood, emulator.numbers, seed=design.seed)
-    under = {(kind, reading): sample(likelihood, emulator.numbers, given=(kind, reading), seed=design.seed)
+    scan = Scan(inference, emulator.numbers)
+    under = {(kind, reading): found(likelihood, emulator.numbers, scan, given=(kind, reading), seed=design.seed)
              for kind, readings in inference.readings.items() for reading in readings}  # fmt: skip
     verdicts = []
-    for claim in inference.claims if claims else ():
-        tell(f"without {claim}")
-        verdicts.append(judge(likelihood, emulator.numbers, claim, posterior, design.seed))
+    if claims:
+        tell("claims")
+        every = found(likelihood, emulator.numbers, scan, seed=design.seed)
+        verdicts = [judge(likelihood, emulator.numbers, claim, every, scan, design.seed) for claim in inference.claims]
     return Result(inference, emulator, likelihood, stages, posterior, under, verdicts)
 
 
@@ -441,11 +523,11 @@ class Direct(NamedTuple):
 
 
 def sample_directly(result, ensemble, n, seed=1):
-    """A `Direct` posterior by importance sampling with ``n`` points, all of them run.
+    """A `Direct` posterior by importance sampling with ``n`` points, all of them run at the wish of the checks.
 
     They are drawn from the samples of ``result``, each moved by a normal distribution (_WIDER: broader than the
     posterior, so that it may turn out wrong), and weighted by prior times the likelihood of their runs over the density
-    they were drawn from. The emulator has no part in the weights but the mean correction for the accuracy wish.
+    they were drawn from. The emulator has no part in the weights.
     """
     inference, rng = result.inference, np.random.default_rng(seed)
     centres = result.posterior.drawn(_CANDIDATES, seed)
@@ -456,13 +538,10 @@ def sample_directly(result, ensemble, n, seed=1):
         places = np.concatenate([places, moved[np.all((moved > 0) & (moved < 1), axis=1)]])[:n]
     off = np.linalg.solve(spread, (places[:, None, :] - centres).reshape(-1, centres.shape[1]).T).T
     proposal = logsumexp(-0.5 * (off**2).sum(axis=1).reshape(n, -1), axis=1)
-    table = result.emulator.corrected(ensemble.quantities(places, inference.design.accuracy))
+    table = ensemble.quantities(places, inference.design.checked_at)
     good = np.all(np.isfinite(table), axis=1)
     places, table, proposal = places[good], table[good], proposal[good]
-    checked = result.stages.get("finer")
     errors = [0.0 * e for e in result.likelihood.errors]
-    if checked:
-        errors = errors_of(inference, result.emulator.corrected(result.stages["checked"][1]), checked[1])
     logs = Likelihood(inference, errors).log(table_numbers(inference, table))
     log_weights = logsumexp(logs, axis=0) - np.log(len(logs)) - proposal
     weights = np.exp(log_weights - logsumexp(log_weights))

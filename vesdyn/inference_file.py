@@ -56,6 +56,13 @@ class Unknown(_Section):
             return (value - self.low) / (self.high - self.low)
         return np.log(value / self.low) / np.log(self.high / self.low)
 
+    def density(self, value):
+        """Prior density of a value, zero outside of the range."""
+        inside = (value >= self.low) & (value <= self.high)
+        if self.prior == "uniform":
+            return inside / (self.high - self.low)
+        return inside / (np.abs(value) * np.log(self.high / self.low))
+
 
 class Scene(_Section):
     """A case file, what is ``set`` in it, and by how much an unknown is multiplied in it (``times``)."""
@@ -107,6 +114,20 @@ class Design(_Section):
     seed: int = 0
 
 
+class Variant(_Section):
+    """Another choice of what the data do not say, by which the answer is tried: what is not given stays as it is.
+
+    ``without`` names claims that are left out, ``thresholds`` the end of their ranges at which all thresholds are.
+    """
+
+    name: str
+    model_error: Range | None = None
+    slip: float | None = Field(None, ge=0, lt=1)
+    thresholds: Literal["low", "high"] | None = None
+    without: list[str] = []
+    unknowns: dict[str, Unknown] = {}
+
+
 class Specification(_Section):
     """The keys of an inference file."""
 
@@ -118,6 +139,7 @@ class Specification(_Section):
     model_error: Range = 0.0
     slip: float = Field(0.0, ge=0, lt=1)
     design: Design = Design()
+    variants: list[Variant] = []
 
 
 class Term(NamedTuple):
@@ -146,7 +168,7 @@ class Inference:
         self.path = Path(path)
         given = _specification(self.path)
         self.name, self.unknowns, self.scenes, self.design = given.name, given.unknowns, given.cases, given.design
-        self.readings, self.slip = given.readings, given.slip
+        self.readings, self.slip, self.variants = given.readings, given.slip, tuple(given.variants)
         self.model_error = _range(given.model_error)
         self._check(given.data)
         self.terms = tuple(term for datum in given.data for term in self._terms(datum))
@@ -167,6 +189,21 @@ class Inference:
         """The same inference with other data, `Term`s of the same quantities."""
         other = copy.copy(self)
         other.terms = tuple(terms)
+        return other
+
+    def varied(self, variant):
+        """The same inference with the choices of a ``variant``, but for the claims that it leaves out."""
+        other, terms = copy.copy(self), self.terms
+        if variant.thresholds is not None:
+            end = ("low", "high").index(variant.thresholds)
+            ends = [{side: (limits[end], limits[end]) for side in ("above", "below") if (limits := getattr(term, side))}
+                    for term in terms]  # fmt: skip
+            terms = tuple(term._replace(**changed) for term, changed in zip(terms, ends))
+        other.terms, other.unknowns = terms, {**self.unknowns, **variant.unknowns}
+        if variant.model_error is not None:
+            other.model_error = _range(variant.model_error)
+        if variant.slip is not None:
+            other.slip = variant.slip
         return other
 
     def values(self, places):
@@ -203,6 +240,13 @@ class Inference:
                     faults.append(f"data: {datum.claim}: when: there is no reading {kind}: {reading}; see readings.")
             if datum.case is not None and datum.case not in self.scenes:
                 faults.append(f"data: {datum.claim}: there is no case {datum.case}; see cases.")
+        for variant in self.variants:
+            for key, other in variant.unknowns.items():
+                own = self.unknowns.get(key)
+                if own is None or other.low < own.low or other.high > own.high:
+                    faults.append(f"variants: {variant.name}: {key} must be an unknown, its range within that of the prior.")
+            for claim in set(variant.without) - {datum.claim for datum in data}:
+                faults.append(f"variants: {variant.name}: without: there is no claim {claim}; see data.")
         if not faults:
             middle = self.values(np.full(len(self.unknowns), 0.5))
             for name in self.scenes:

@@ -5,6 +5,7 @@ Every number of these files is written here from a `vesdyn.inference.Result`; no
 
 import csv
 import io
+import os
 import time
 from importlib.util import find_spec
 from pathlib import Path
@@ -15,10 +16,11 @@ import numpy as np
 from vesdyn.ensemble import Ensemble
 from vesdyn.errors import CaseError
 from vesdyn.files import make_directory, replace_file
-from vesdyn.inference import INTERVAL, SETS, UNDETERMINED, infer, sample, sample_directly, trials
+from vesdyn.inference import ENOUGH, INTERVAL, SETS, UNDETERMINED, Scan, infer, sample, sample_directly, sensitivity, trials
 
 _PRIOR_WIDTH = INTERVAL[1] - INTERVAL[0]  # of the places of an unknown
 _COLORS = "#12355b", "#b5382a", "#3f8f78", "#e0a030"  # told apart by lightness as well
+_END = 0.05  # of a prior's range
 _STORED = 2000  # samples in samples.csv
 _STYLE = {
     "font.size": 8, "axes.titlesize": 8, "legend.fontsize": 7, "legend.frameon": False, "axes.linewidth": 0.7,
@@ -36,7 +38,7 @@ def carry_out(inference, directory, jobs=None, scheduler=None, held=None, n_dire
     missing = [name for name in ("corner", "nautilus", "sklearn") if find_spec(name) is None]
     if missing:
         raise CaseError(f"{', '.join(missing)}: not installed; give `pip install 'vesdyn[infer]'`, then the same command.")
-    began = time.monotonic()
+    began, spent = time.monotonic(), sum(os.times()[:4])
 
     def timed(line):
         tell(f"[{time.monotonic() - began:.0f} s] {line}")
@@ -51,7 +53,10 @@ def carry_out(inference, directory, jobs=None, scheduler=None, held=None, n_dire
     if n_trials:
         timed(f"trials: {n_trials} synthetic experiments")
         notes.append(("Trials", coverage(inference, *trials(result, ensemble, n_trials))))
-    used = f"{time.monotonic() - began:.0f} s on {jobs or 'all'} processes; {ensemble.runs} runs were computed, others kept."
+    used = (
+        f"{time.monotonic() - began:.0f} s on {jobs or 'all'} processes, {sum(os.times()[:4]) - spent:.0f} s of computing time;"
+        f" {ensemble.runs} runs were computed, others kept."
+    )
     write(result, directory, [*notes, ("Time", [used])])
     return result
 
@@ -64,6 +69,7 @@ def write(result, directory, notes=()):
         ("Unknowns", unknowns(result)),
         *([("Readings", readings(result))] if result.inference.readings else []),
         ("Correlations", correlations(result)),
+        *([("Other choices", other_choices(result))] if result.inference.variants else []),
         ("Data, and what is computed", predictive(result)),
         *([("Claims", claims(result))] if result.verdicts else []),
         ("Emulator", emulator_errors(result)),
@@ -116,17 +122,26 @@ def unknowns(result):
         prior = result.inference.unknowns[name]
         cells = [interval(s, result.inference.values(s.places)[:, k]) for s in every.values()]
         share = result.posterior.widths()[k] / _PRIOR_WIDTH
-        rows.append([name, f"{prior.low:g} to {prior.high:g}", *cells, f"{share:.2f}"])
-    lines = table(["unknown", "prior", *every, "width / prior"], rows)
-    lost = [name for name, row in zip(names, rows) if float(row[-1]) > UNDETERMINED]
+        place = result.posterior.places[:, k]
+        ends = (result.posterior.mean(part) / _END for part in (place < _END, place > 1.0 - _END))
+        rows.append([name, f"{prior.low:g} to {prior.high:g}", *cells, f"{share:.2f}", ", ".join(f"{end:.2f}" for end in ends)])
+    lines = table(["unknown", "prior", *every, "width / prior", "at the prior's ends"], rows)
+    lost = [name for name, row in zip(names, rows) if float(row[-2]) > UNDETERMINED]
     verdict = ", ".join(lost) or "none"
-    return lines + ["", f"Not identified (more than {UNDETERMINED:g} of the prior's width left): {verdict}."]
+    return lines + [
+        "",
+        f"Not identified (more than {UNDETERMINED:g} of the prior's width left): {verdict}. At the prior's ends: the density of the"
+        f" posterior in the lowest and in the highest {_END:.0%} of the prior, over that of the prior; 1 where nothing was learnt.",
+    ]
 
 
 def held_table(result, held):
     """Table of the other unknowns where some are ``held``, under each reading."""
     every = {"all data": None, **{f"{kind}: {reading}": (kind, reading) for kind, reading in result.under}}
-    found = {name: sample(result.likelihood, result.emulator.numbers, given=given, held=held) for name, given in every.items()}
+    scan = Scan(result.inference, result.emulator.numbers, held=held)
+    found = {name: scan.posterior(result.likelihood, given=given) for name, given in every.items()}
+    if min(samples.effective for samples in found.values()) < ENOUGH:
+        found = {name: sample(result.likelihood, result.emulator.numbers, given=given, held=held) for name, given in every.items()}
     rows = []
     for k, unknown in enumerate(result.inference.unknowns):
         if unknown not in held:
@@ -155,6 +170,23 @@ def correlations(result):
     C = result.posterior.covariance()
     R = C / np.sqrt(np.outer(np.diag(C), np.diag(C)))
     return table(["", *names], [[name, *(f"{r:+.2f}" for r in row)] for name, row in zip(names, R)])
+
+
+def other_choices(result):
+    """Table of the posterior under the variants of the file: unknowns, and probabilities of the readings."""
+    inference, tried = result.inference, sensitivity(result)
+    kinds = [(kind, reading) for kind, names in inference.readings.items() for reading in names]
+    rows = []
+    for name, samples in tried.items():
+        values = inference.values(samples.places)
+        shares = [f"{samples.probability(inference, *key):.2g}" for key in kinds]
+        rows.append([name, *(interval(samples, column) for column in values.T), *shares, f"{samples.effective:.0f}"])
+    header = ["choice", *inference.unknowns, *(f"{kind}: {reading}" for kind, reading in kinds), "samples"]
+    return table(header, rows) + [
+        "",
+        f"All by one emulator at {len(tried['as stated'].places)} points of the prior, weighed anew for each choice; samples: how many"
+        " independent ones these are worth.",
+    ]
 
 
 def known(term):
@@ -202,7 +234,8 @@ def changes(verdict):
         (low, high), (p_low, p_high) = verdict.by_threshold
         words.append(f"threshold {low:g}: {p_low:.2f}, {high:g}: {p_high:.2f}")
     if verdict.by_measure:
-        words.append("by measure " + ", ".join(f"{p:.2f}" for p in verdict.by_measure))
+        every = [p[()] for p in verdict.by_measure.values()]
+        words.append(f"by measure {min(every):.2f} to {max(every):.2f}")
     unknown, (below, above) = max(verdict.by_unknown.items(), key=lambda item: abs(item[1][1] - item[1][0]))
     words.append(f"{unknown} below its median {below:.2f}, above {above:.2f}")
     return "; ".join(words)
@@ -221,7 +254,18 @@ def claims(result):
         "Each probability is that of the claim in what all other data leave. Calibrated: without the claim the interval of"
         f" an unknown is {SETS:g} times as wide, or the volume of the posterior as much larger: the claim has set a parameter"
         " and is no prediction, whatever its probability.",
+        *(line for verdict in result.verdicts if verdict.by_measure for line in measures(result, verdict)),
     ]
+
+
+def measures(result, verdict):
+    """Table of the probability of a claim by each of the ways to measure it, under each reading."""
+    kinds = [(kind, reading) for kind, names in result.inference.readings.items() for reading in names]
+    kinds = [key for key in kinds if any(key in found for found in verdict.by_measure.values())]
+    rows = [[text, *(f"{found[key]:.2f}" if key in found else "-" for key in ((), *kinds))]
+            for text, found in verdict.by_measure.items()]  # fmt: skip
+    header = [verdict.claim, "all data", *(f"{kind}: {reading}" for kind, reading in kinds)]
+    return ["", *table(header, rows)]
 
 
 def emulator_errors(result):
@@ -256,7 +300,7 @@ def direct(result, found):
     worst = int(np.argmax(rms))
     return table(["mean", "with emulator", "runs alone", "difference / standard error"], rows) + [
         "",
-        f"{len(found.table)} points, all run, worth {n:.0f} independent samples ({result.posterior.effective:.0f} with the"
+        f"{len(found.table)} points, all run at a wish of {result.inference.design.checked_at:g}, worth {n:.0f} independent samples ({result.posterior.effective:.0f} with the"
         f" emulator). On these runs, none of which it knew, the emulator is off by {np.median(rms):.4f} (rms, median over the"
         f" quantities; {rms[worst]:.4f} at most, {result.inference.quantities[worst]}).",
     ]

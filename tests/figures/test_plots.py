@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from vesdyn import run
 from quadrature import use_a_grid
+from vesdyn.case_file import load_case
 from vesdyn.calibration import Reading, calibrated, computed, jacobian
 from vesdyn.study import Study
 
@@ -23,6 +25,7 @@ COARSE_AND_BRIEF = {**MESH, **BRIEF, "solver.tolerance": 1e-3}
 MOVED = {**COARSE_AND_BRIEF, "perturbation.at": 0.012}  # the front is displaced within the brief run
 
 TINY_READINGS = Reading("front", 0.28, 0.003), Reading("density", 2.3, 0.2)  # about those of brief runs
+WITH_A_PAGE = {"drag"}  # scripts that write a page of docs/ too
 OF_THEIR_OWN = {"calibration", "claims"}  # scripts with a test of their own, below
 
 TINY = {  # script: changes made to each run, arguments of measure()
@@ -99,7 +102,8 @@ def test_script_imports_no_other_and_marches_by_no_loop_of_its_own(name):
 def test_script_measures_and_draws(name, study_of, tmp_path):
     script, (every, arguments) = importlib.import_module(name), TINY[name]
     script.draw(script.measure(study_of(every), **arguments), tmp_path / "out")
-    assert written(tmp_path / "out") == [f"{name}.pdf", f"{name}.png"]
+    pages = [f"{name}.md"] if name in WITH_A_PAGE else []
+    assert written(tmp_path / "out") == [*pages, f"{name}.pdf", f"{name}.png"]
 
 
 TINY_INFERENCE = """
@@ -127,13 +131,16 @@ def test_calibration_tells_and_draws_an_inference(study_of, tmp_path, tiny_infer
     import calibration
 
     held = {"receptors.mobility": 2.0}
-    finished = calibration.measure(study_of({}), tiny_inference, tmp_path / "runs", held, n_direct=4)
+    own = tmp_path / "own.yaml"
+    own.write_text(TINY_INFERENCE.replace("name: tiny", "name: own").replace('  - {claim: large, value: final(one), above: [0.1, 0.2]}\n', ""))
+    finished = calibration.measure(study_of({}), tiny_inference, tmp_path / "runs", held, n_direct=4, own=own, n_trials=2)
     calibration.draw(finished, tmp_path / "out")
     draws = (tmp_path / "out" / "inference-draws.csv").read_text().splitlines()
     assert draws[0] == "drag,receptors.mobility" and len(draws) == 1 + calibration.N_DRAWS
     assert written(tmp_path / "out") == ["inference-corner.png", "inference-predictive.png", "inference.md"]
     report = (tmp_path / "out" / "inference.md").read_text()
     assert all(f"## {title}" in report for title in ("Unknowns", "With unknowns held", "Without the emulator", "Time"))
+    assert "of 2 |" in report.partition("## Are unknowns recovered?")[2]
 
 
 @pytest.mark.verify
@@ -154,15 +161,39 @@ def test_claims_have_a_row_each(study_of, tmp_path, monkeypatch, tiny_inference)
     assert all(row[3].endswith("of 2") for name in ("F8", "F9, front", "S") for row in by_name[name])
 
 
+def rows_below(page, title):
+    """Rows of the first table below a title of a page of docs/, as lists of cells."""
+    lines = (ROOT / "docs" / page).read_text().partition(f"## {title}\n")[2].strip().splitlines()
+    start = next(k for k, line in enumerate(lines) if line.startswith("| "))
+    end = next((k for k in range(start, len(lines)) if not lines[k].startswith("| ")), len(lines))
+    return [line.strip("| ").split(" | ") for line in lines[start + 2 : end]]
+
+
 def test_no_calibrated_number_of_the_docs_is_called_a_prediction():
-    """docs/inference.md as stored: a claim that has set a parameter is calibrated, whatever its probability."""
-    claims = (ROOT / "docs" / "inference.md").read_text().partition("## Claims")[2].partition("\n## ")[0]
-    rows = [line.strip("| ").split(" | ") for line in claims.splitlines() if line.startswith("| ")][2:]
+    """docs/claims.md as stored: a claim that has set a parameter is calibrated, whatever its probability; none "holds"."""
+    rows = rows_below("claims.md", "By inference")
     assert len(rows) > 15
     for row in rows:
         assert row[3].startswith("calibrated (sets") == ("sets" in row[3])
         assert row[3].split(" ")[0] in ("calibrated", "predicted", "open", "refuted")
-    assert any(row[3].startswith("calibrated") for row in rows)
+    calibrated = {row[0] for row in rows if row[3].startswith("calibrated")}
+    assert "F9 front at 0.140" in calibrated  # the drag of every version was taken from it
+    assert not re.search(r"\bholds\b", (ROOT / "docs" / "claims.md").read_text())
+    nothing = {row[0] for row in rows_below("claims.md", "What counts for nothing")}
+    assert nothing == {"F6 at one product T_max d_c", "F9, base state: r = 0.416 at t = 0.140"}
+    assert not nothing & {row[0] for row in rows}
+
+
+def test_shipped_parameters_are_those_inferred_and_the_other_reading_those_of_the_extremes():
+    """Drag and mobility of configs/base/ lie in the intervals of docs/inference.md at the shipped thickness and prestretch."""
+    rows = {row[0]: row[1:] for row in rows_below("inference.md", "With unknowns held")}
+    shipped = load_case(ROOT / "configs" / "typical.yaml")
+    assert (shipped.membrane.thickness, shipped.membrane.prestretch) == (0.01, 1.0)
+    for name, base, column in (("all data", {}, 0), ("extremes", {"drag": 0.07, "receptors.mobility": 2.1875}, 1)):
+        case = shipped.changed(**base)
+        for key, value in (("drag", case.drag), ("receptors.mobility", case.receptors.mobility)):
+            low, high = (float(x) for x in re.search(r"\((\S+) to (\S+)\)", rows[key][column]).groups())
+            assert low < value < high, (name, key)
 
 
 # What scripts measure ------------------------------------------------------------------------------------

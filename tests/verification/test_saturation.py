@@ -48,12 +48,12 @@ class Frozen:
         )
 
 
-def zero_flux():
-    """The zero-flux density as a function of phi."""
+def zero_flux(ratio):
+    """The zero-flux density as a function of phi, for ``ratio`` ligands to a receptor."""
 
     def density(phi, far):
-        switch = np.log(RATIO / far)
-        return np.where(phi < switch, far * np.exp(np.minimum(phi, switch)), RATIO * (1.0 + phi - switch))
+        switch = np.log(ratio / far)
+        return np.where(phi < switch, far * np.exp(np.minimum(phi, switch)), ratio * (1.0 + phi - switch))
 
     def surplus(far):
         inside = quad(lambda z: float(density(DEPTH * (1.0 - z / CUTOFF) ** 2, far)), 0.0, CUTOFF, epsabs=1e-12)[0]
@@ -78,22 +78,32 @@ def on_its_own(time, n=600):
     return centre, found.y[:, -1]
 
 
-@pytest.mark.parametrize("model, slack", [("axisymmetric", 0.4), ("surface", 0.8)])
-def test_zero_flux_state_on_both_sides_of_the_switch(model, slack):
-    """Second order; on triangles the errors of both signs cancel more or less from mesh to mesh."""
-    exact = zero_flux()
-    edges, error = (0.08, 0.056, 0.04, 0.028), []
-    for edge in edges:
-        membrane = Frozen(model, edge)
-        for dt in (1e-3, 1e-2, 0.1, 1.0, 10.0, 1e3, 1e3):
-            membrane.step(dt)
-        wanted = exact(membrane.scratch.exponent)
-        assert wanted.min() < 0.5 * RATIO and wanted.max() > 2.0 * RATIO
-        off = membrane.density - wanted
-        error.append(np.sqrt(np.sum(membrane.area * off**2) / membrane.area.sum()))
-    print(f"{model}: rms errors of c at zero flux {np.array2string(np.array(error), precision=4)} at edges {edges}")
+@pytest.mark.parametrize("model, edges, slack", [
+    ("axisymmetric", (0.04, 0.028, 0.02, 0.014, 0.01), 0.2),
+    pytest.param("surface", (0.08, 0.056, 0.04, 0.028), 0.4, marks=pytest.mark.verify),
+])  # fmt: skip
+def test_zero_flux_state_on_both_sides_of_the_switch(model, edges, slack):
+    """Second order and a bound, 3.5 edge^2, of the root mean square over nine places of the switch.
+
+    Away from the switch the state is exact at the nodes. The error is made by the edges that straddle it and depends on where
+    it cuts them: threefold up and down from one mesh to the next, so that the order seen with one ratio of ligands is chance
+    (0.2 to 2.9 on four meshes). The mean of nine places is known to a quarter, the order over a factor f of edges to 0.3/ln f.
+    """
+    ratios = np.linspace(1.5, 2.5, 9)
+    error = np.sqrt(np.mean([[zero_flux_error(model, edge, ratio) ** 2 for ratio in ratios] for edge in edges], axis=1))
+    print(f"{model}: rms errors of c at zero flux {np.array2string(error, precision=5)} at edges {edges}")
     assert fitted_order(edges, error) == pytest.approx(2.0, abs=slack)
-    assert error[-1] < 0.005
+    assert np.all(error < 3.5 * np.square(edges))
+
+
+def zero_flux_error(model, edge, ratio):
+    """Root mean square error of the density at zero flux."""
+    membrane = Frozen(model, edge, ratio=ratio)
+    for dt in (1e-3, 1e-2, 0.1, 1.0, 10.0, 1e3, 1e3):
+        membrane.step(dt)
+    wanted = zero_flux(ratio)(membrane.scratch.exponent)
+    assert wanted.min() < 0.6 * ratio and wanted.max() > 2.0 * ratio
+    return np.sqrt(np.sum(membrane.area * (membrane.density - wanted) ** 2) / membrane.area.sum())
 
 
 @pytest.mark.parametrize("model", BODIES)

@@ -20,6 +20,7 @@ from vesdyn.stepping import march
 ROOT = Path(__file__).parents[2]
 with (ROOT / "tests" / "data" / "spreading_reference.csv").open() as file:
     ROWS = list(csv.DictReader(file))
+EXTREMES = "drag=0.07", "receptors.mobility=2.1875"  # of the reference curves: configs/base/extremes.yaml
 CASES = list(dict.fromkeys(row["case"] for row in ROWS))
 
 
@@ -65,13 +66,31 @@ def test_axisymmetric_area_at_an_accuracy_wish(name, wish):
 
 
 @pytest.mark.verify
+@pytest.mark.parametrize("name, meridian", [
+    ("typical-auto", []), ("fig9-base", ["model=axisymmetric", "mesh=auto", "time.step=auto"]),
+])  # fmt: skip
+def test_shipped_cases_keep_their_wish(name, meridian):
+    """At the shipped drag and mobility, where receptors outnumber the ligands below, against a run at a wish of 0.07 %."""
+    times = [0.004, 0.008, 0.02, 0.044, 0.08, 0.128, 0.25, 0.56, 1.0]
+
+    def areas(wish):
+        changes = [*meridian, f"accuracy={wish}", "time.end=1.2", f"output.frames={times}"]
+        found = curves(plan(load_case(ROOT / "configs" / f"{name}.yaml", changes)).case)
+        return found["binding_area"][: len(times)]
+
+    fine = areas(0.0007)
+    for wish in (0.01, 0.003):
+        assert np.max(np.abs(areas(wish) / fine - 1.0)) < wish
+
+
+@pytest.mark.verify
 @pytest.mark.parametrize("name", ["typical", "fig9"])
 def test_surface_area_as_shipped(name):
-    """`configs/` as they are but for the thickness: within 2 % at every listed time, 3 % before t = 0.02."""
+    """`configs/` as they are but for thickness, drag and mobility: within 2 % at every listed time, 3 % before t = 0.02."""
     known = reference(name)
     shipped = load_case(
         ROOT / "configs" / {"typical": "typical.yaml", "fig9": "fig9-base.yaml"}[name],
-        ["membrane.thickness=0", f"time.end={known['time'][-1]}", f"output.frames={known['time'][:-1].tolist()}"],
+        ["membrane.thickness=0", *EXTREMES, f"time.end={known['time'][-1]}", f"output.frames={known['time'][:-1].tolist()}"],
     )
     found = curves(shipped)
     error = np.abs(found["binding_area"] / known["binding_area"] - 1.0)
