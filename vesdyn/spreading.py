@@ -24,7 +24,7 @@ from vesdyn.body import add_elastic_forces, area_facing_away, edge_conductances,
 from vesdyn.errors import CaseError
 from vesdyn.front import BINDING_GAP, displace_front
 from vesdyn.kinds import KINDS
-from vesdyn.substrate import gaps, kept_landed
+from vesdyn.substrate import gaps, kept_landed, touches
 
 STARTING_STEPS = 4  # of order 1
 SHAPE_SHARE, NUMBER_SHARE = 0.25, 0.1  # of their relative differences that count against that of bound receptors
@@ -280,12 +280,25 @@ class Spreading:
         number_ahead = state.number + (state.number - state.number_before) * (dt / state.dt_before)
         seen, came = (adhesion.bound_receptors(self.adhesion, *at) for at in ((number_ahead, ahead), (number, x)))
         moved = max(self.distance(x, self.x_start), LEAST_WAY * self.case.adhesion.cutoff)
-        changed = max(np.linalg.norm(number - self.number_start), LEAST_CHANGE * np.linalg.norm(number))
+        changed = max(np.abs(number - self.number_start).sum(), LEAST_CHANGE * self.number_0)
         return max(
             abs(seen / came - 1.0) if came > 0.0 else 0.0,
             SHAPE_SHARE * self.distance(ahead, x) / moved,
-            NUMBER_SHARE * np.linalg.norm(number_ahead - number) / changed,
+            NUMBER_SHARE * np.abs(number_ahead - number).sum() / changed,
         )
+
+    def ring_time(self, state):
+        """About the time [a0^2/D] in which the fullest of the nodes at the rim of the contact lands; 0 before contact.
+
+        Its share of all bound receptors, times the time that has passed: their number grows with a power of time that
+        is below 1 on the whole.
+        """
+        lower, upper = self.body.edges.T
+        down = touches(gaps(state.x))
+        rim = down[lower] != down[upper]
+        fullest = np.maximum(state.number[lower[rim]], state.number[upper[rim]]).max(initial=0.0)
+        bound = adhesion.bound_receptors(self.adhesion, state.number, state.x)
+        return state.time * fullest / bound if bound > 0.0 else 0.0
 
     def distance(self, x, y):
         """Root mean square distance [a0] of two configurations, over the reference area."""
