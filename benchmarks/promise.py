@@ -60,7 +60,7 @@ REFERENCES = {"coarser": (1.4, 0.5), "finer": (2.0, 0.25)}  # edge of the 1 % me
 ENDS_AT = 0.95  # of the final area, by a scout
 BEFORE_FOLD = 0.8  # of the time at which a scout folds: the end of a scene that does
 LATEST = 300.0  # [a0^2/D] per 1 + slowness: the scout's own end
-SECONDS, REFERENCE_TIME = 30.0, 3.0  # of CPU for a wish; as many times that for a level of the reference
+SECONDS, REFERENCE_TIME = 30.0, 1.5  # of CPU for a wish; as many times that for a level of the reference
 QUANTITIES = ("binding_area", "contact_radius", "pressure", "density_max", "density_min")
 FORK = multiprocessing.get_context("fork")  # kernels that are loaded need not be loaded again
 BELIEVED = "area_error"  # column of the error that a run believes to have
@@ -143,14 +143,14 @@ def level_of(wish):
 
 def compute(scene, seconds, known):
     """Compute the levels of a scene that are not in ``known``, and append a row for each; return its name."""
-    end = known.get("scout", {}).get("end")
-    if not end:
-        end = float(run(scene, "scout", lambda: scouted(scene), seconds)["end"])
+    if "scout" not in known:
+        known["scout"] = run(scene, "scout", lambda: scouted(scene), seconds)
+    end = float(known["scout"]["end"])
     for wish in WISHES:
         if level_of(wish) not in known:
-            wider = known.get(level_of(WISHES[0]), {})
-            if wider.get("status") == "failed":  # what failed at 4 % is no easier at 1 %
-                known[level_of(wish)] = wider | {"level": level_of(wish), "seconds": "0", "cause": f"not tried; {wider['cause']}"}
+            before = known.get(level_of(WISHES[0])) or known["scout"]
+            if before["status"] == "failed":  # what failed for the scouts or at 4 % is no easier
+                known[level_of(wish)] = before | {"level": level_of(wish), "seconds": "0"}
                 append(known[level_of(wish)])
                 continue
             known[level_of(wish)] = run(scene, level_of(wish), lambda: wished(scene, end, wish), seconds)
@@ -191,7 +191,7 @@ def run(scene, level, work, seconds):
         np.savez_compressed(RUNS / "curves" / f"{scene['scene']}-{level.replace(' %', '')}.npz", **curve)
     if not row["status"]:
         spent = worker.exitcode in (-signal.SIGXCPU, -signal.SIGKILL)
-        why = f"not done after {seconds:g} s of CPU" if spent else f"ended by signal {-(worker.exitcode or 0)}"
+        why = f"{level} not done after {seconds:g} s of CPU" if spent else f"ended by signal {-(worker.exitcode or 0)}"
         row |= {"status": "failed", "cause": why}
     append(row)
     return row

@@ -86,6 +86,8 @@ def descend(balance, start, pressure, limits, scratch, band, pause=lambda: None)
         if mu > most:  # the forces are no gradient here, as where ligands are short: no drag leads down
             return None
         if size <= limits.tolerance and abs(missing) <= VOLUME_TOLERANCE:
+            if not is_lower(balance, x, start, pressure, scratch):
+                return None
             return Solution(x, CONVERGED, _ITERATIONS + iteration, size, float(pressure))
         pause()
         step = _step(balance, x, pressure, missing, scratch, band, mu)

@@ -34,6 +34,7 @@ MESH_ORDER = 2.0  # in the edge: what the difference of two scouts is read by
 TRUST = 0.5, 50.0  # the measured error of a mesh is taken within these multiples of that of the model
 MARGIN, MORE_ANGLE = 1.15, 10.0  # the fine zone against the slope that the front reaches [1, degrees]
 MORE_ZONE = 1.5  # times as far: the fine zone of the next scout after a front that left it
+SAME_TIME = 0.2  # relative difference of the times at which two scouts fold, at most
 _SCOUTS, _FAILURES = 7, 3  # at most
 BENDING_SHARE = 0.5  # of the wish: an effect of bending above it is computed
 COMPRESSION = 0.01  # of K: free membrane below minus this tension would wrinkle
@@ -101,7 +102,7 @@ def scout(case, front_edge, fine_angle):
             rows.append((moment.time, moment["binding_area"], moment["contact_radius"]))
             lowest = min(lowest, (moment["free_tension_min"], moment.time, moment["free_tension_min_height"]))
             reach = max(reach, _reach(sim, state))
-            if fine_angle <= reach < 180.0:  # an element many times longer would hold the front up
+            if leaves_zone(reach, fine_angle):
                 break
     except FoldError as fold:
         folded = str(fold)
@@ -124,11 +125,27 @@ def _reach(sim, state):
     return float(np.degrees(np.arctan2(dz, dr)))
 
 
+def leaves_zone(reach, fine_angle):
+    """Whether a front at ``reach`` comes close to the end of the fine zone at ``fine_angle`` [degrees].
+
+    Beyond are elements many times longer, which hold it up or fold under.
+    """
+    return MARGIN * reach >= fine_angle < 180.0
+
+
+def agree_on_fold(coarser, finer):
+    """Whether two scouts fold at about the same time, or neither does."""
+    if coarser.folded and finer.folded:
+        return abs(finer.final_time - coarser.final_time) <= SAME_TIME * finer.final_time
+    return not coarser.folded and not finer.folded
+
+
 def survey(case):
     """Two scouts of ``case``, coarse and finer, that resolve what matters; None where the scene has no meridian.
 
     A scout that finds no balance, or whose mesh is too coarse for the cutoff or for the front when the wish begins to
-    count, is repeated finer; one whose front left the fine zone of its mesh, with the zone extended.
+    count, is repeated finer; one whose front left the fine zone of its mesh, with the zone extended. A fold counts where
+    two scouts meet it at about the same time: a coarse mesh folds where the membrane does not.
     """
     if case.mesh.file is not None:
         return None
@@ -142,12 +159,12 @@ def survey(case):
                 return None
             edge, fine = edge / REFINEMENT, min(180.0, MORE_ZONE * fine)
             continue
-        if fine <= found.reach < 180.0:
+        if leaves_zone(found.reach, fine):
             fine = min(180.0, MORE_ZONE * fine)
             continue
         coarser, seen = seen, found
         resolves = seen.early_radius / EDGES_A_RADIUS
-        if coarser and edge <= resolves * REFINEMENT:
+        if coarser and edge <= resolves * REFINEMENT and agree_on_fold(coarser, seen):
             return coarser, seen
         edge = min(edge / REFINEMENT, resolves)
     return (coarser, seen) if coarser and seen else None

@@ -180,6 +180,10 @@ class Spreading:
         solution = self._relax_membrane(state, number, ligands, ahead, rate, pause)  # x_(n+1)
         if area_facing_away(self.body.topology, solution.x, 0.0) > 0.0:
             raise NoBalanceError(f"t = {until:.6g}, step {dt:.3g}: membrane landed on the substrate with its inner side down")
+        if self._has_left(state.x, solution.x):
+            raise NoBalanceError(
+                f"t = {until:.6g}, step {dt:.3g}: the vesicle has left the substrate, no membrane is within the cutoff any more"
+            )
         area, volume = self.measure(solution.x)
         worked, dissipated = self._work(state, number, ligands, solution.x, area, rate)
 
@@ -202,6 +206,11 @@ class Spreading:
             step_error=self._step_error(state, ahead, number, solution.x, dt) if started else 0.0,
             clipped_edges=clipped,
         )
+
+    def _has_left(self, before, x):
+        """Whether membrane was within reach of the substrate ``before`` and none is at ``x`` (n_nodes, d), though it pulls."""
+        cutoff = self.case.adhesion.cutoff
+        return self.case.adhesion.traction > 0.0 and gaps(before).min() < cutoff <= gaps(x).min()
 
     def displace_front(self, state):
         """The `State` with the contact front displaced at random, as the case's ``perturbation`` says (Fig. 9).

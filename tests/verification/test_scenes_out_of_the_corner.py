@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from vesdyn import Case, plan
-from vesdyn.balance import Limits
+from vesdyn.balance import Limits, NoBalanceError
+from vesdyn.budget import TOLERANCE_ERROR
 from vesdyn.diagnostics import Moment
 from vesdyn.planning import survey
 from vesdyn.spreading import Spreading
@@ -112,3 +113,34 @@ def test_a_solution_has_its_volume_however_loose_the_tolerance(tolerance):
     sim.limits = Limits(tolerance, 20_000)
     for state in march(sim):
         assert abs(state.volume / sim.volume_0 - 1.0) < 1e-10
+
+
+FLOATING = Case(
+    name="frozen", model="axisymmetric", drag=0.0, receptors={"frozen": True}, membrane={"shear_modulus": 0.603},
+    adhesion={"traction": 0.453}, mesh={"front_edge": 0.04, "far_edge": 0.05}, time={"end": 0.02, "step": 0.01},
+    output={"frames": ()}, accuracy=0.04,
+)  # fmt: skip
+
+
+def test_vesicle_without_drag_does_not_float_away():
+    """Hovering beyond the range is a balance as well: Newton's method went there, with a binding area of 0 and no word."""
+    found = {}
+    for method in ("newton", "relaxation"):
+        sim = Spreading(FLOATING.changed(solver={"method": method}))
+        *_, state = march(sim)
+        found[method] = Moment(sim, state)["binding_area"]
+    allowed = TOLERANCE_ERROR * FLOATING.tolerance
+    assert found["newton"] == pytest.approx(found["relaxation"], rel=allowed) and found["newton"] > 0.4
+
+
+def test_vesicle_that_leaves_the_substrate_is_a_failure_with_its_cause():
+    sim = Spreading(FLOATING)
+    solve = sim.solve
+
+    def lifted(*arguments):
+        solution = solve(*arguments)
+        return solution._replace(x=solution.x + np.array([0.0, 0.2]))
+
+    sim.solve = lifted
+    with pytest.raises(NoBalanceError, match="left the substrate, no membrane is within the cutoff"):
+        sim.advance(sim.start(), 0.01)
