@@ -28,6 +28,7 @@ from vesdyn.substrate import gaps, kept_landed, touches
 
 STARTING_STEPS = 4  # of order 1
 SHAPE_SHARE, NUMBER_SHARE = 0.25, 0.1  # of their relative differences that count against that of bound receptors
+WEAK_BINDING = 4.0  # [kT] of a receptor; above it numbers count for more in proportion: their layer at the front is thin
 LEAST_WAY, LEAST_CHANGE = 0.01, 0.001  # of the cutoff, of the numbers: shorter ways from the start count as these
 ROUND_OFF = 1e-9  # of the size: a way that is none
 METHODS = {"viscous": relaxation.viscous, "kinetic": relaxation.kinetic, "newton": newton.newton}  # solve the balance
@@ -118,6 +119,8 @@ class Spreading:
             case.adhesion.ligand_ratio,
             case.receptors.frozen,
         )
+        binding = case.drift_number * case.adhesion.traction * adhesion.integral(self.adhesion.law, 0.0)  # [kT]
+        self.number_share = NUMBER_SHARE * max(1.0, binding / WEAK_BINDING)
         self.limits = Limits(case.tolerance, case.solver.max_iterations)
         self.solve = METHODS[method_of(case)]
         self.scratch = allocate(self.x_start)
@@ -293,7 +296,7 @@ class Spreading:
         return max(
             abs(seen / came - 1.0) if came > 0.0 else 0.0,
             SHAPE_SHARE * self.distance(ahead, x) / moved,
-            NUMBER_SHARE * np.abs(number_ahead - number).sum() / changed,
+            self.number_share * np.abs(number_ahead - number).sum() / changed,
         )
 
     def ring_time(self, state):
