@@ -16,6 +16,7 @@ import argparse
 import csv
 import multiprocessing
 import os
+import re
 import resource
 import signal
 import time
@@ -62,6 +63,7 @@ BEFORE_FOLD = 0.8  # of the time at which a scout folds: the end of a scene that
 LATEST = 300.0  # [a0^2/D] per 1 + slowness: the scout's own end
 SECONDS, REFERENCE_TIME = 30.0, 1.5  # of CPU for a wish; as many times that for a level of the reference
 QUANTITIES = ("binding_area", "contact_radius", "pressure", "density_max", "density_min")
+UNITS = {"seconds": 1.0, "minutes": 60.0, "hours": 3600.0, "days": 86400.0}  # [s]
 FORK = multiprocessing.get_context("fork")  # kernels that are loaded need not be loaded again
 BELIEVED = "area_error"  # column of the error that a run believes to have
 FIELDS = "scene level sources status cause seconds told steps nodes edge stated warned end".split()
@@ -324,7 +326,7 @@ def judge(rows):
             row = rows.get((name, level_of(wish)))
             if row is None:
                 continue
-            found = {"scene": name, "wish": wish, "row": row, "own": own, "error": None, "early": None}
+            found = {"scene": name, "wish": wish, "row": row, "own": own, "error": None, "early": None, "finer": "finer" in done}
             if row["status"] == "finished" and reference:
                 curve, end = curve_of(name, level_of(wish)), reference["time"][-1]
                 found["error"] = errors(curve, reference, end)
@@ -357,9 +359,12 @@ def of_page(drawn, refused, judged, seconds):
         "",
         "Written by `make promise` (`benchmarks/promise.py`): change it there.",
         "",
-        f"{len(drawn)} random scenes (seed {SEED}), each run as `auto` plans it at the wishes of 4 % and 1 %, against a"
-        " meridian of Newton's method with edges 2 times finer and an accuracy of 0.25 %; the same with edges 1.4 times"
-        " finer and 0.5 % tells the error of that reference. An error counts at all times after the binding area has"
+        f"The first {len(done_scenes(judged))} of {len(drawn)} random scenes (seed {SEED}), each run as `auto` plans it at the"
+        " wishes of 4 % and 1 %, against a meridian of Newton's method with edges 2 times finer than the run at 1 % has and"
+        " an accuracy of 0.25 %; the same with edges 1.4 times finer and 0.5 % tells the error of that reference. Where the"
+        " finer one would take too long the other is the reference, and all of its distance from the run at 1 % counts as"
+        f" its own error (\"coarser\" in the last column). A wish may take {SECONDS:g} s of CPU, a reference"
+        f" {REFERENCE_TIME * SECONDS:g} s. Computed by commit {commit()}. An error counts at all times after the binding area has"
         f" passed {WISHED_FROM:.0%} of its value at the end, and the end is when a scout has {ENDS_AT:.0%} of its final area.",
         "",
         "| quantity | from | to |",
@@ -377,6 +382,7 @@ def of_page(drawn, refused, judged, seconds):
     yield from of_wishes(judged)
     yield from ("", "![Stated against true error](promise.png)", "")
     yield from of_quantities(judged)
+    yield from of_costs(judged)
     yield from of_trouble(judged)
     yield from of_scenes(drawn, judged)
     yield from ("", f"CPU time of all of it: {seconds / 60:.0f} minutes.")
@@ -391,6 +397,36 @@ NAMES = {
     "shear_modulus": "shear modulus K [kT/a0^2]: a scale that must not matter",
     "thickness": "thickness h [a0]; 0 in a quarter of the scenes",
 }
+
+
+def done_scenes(judged):
+    """Names of the scenes of which both wishes were tried."""
+    tried = [found["scene"] for found in judged]
+    return sorted({name for name in tried if tried.count(name) == len(WISHES)})
+
+
+def commit():
+    """Commit of the sources that computed what is in RUNS, as a computing call left it there."""
+    file = RUNS / "commit.txt"
+    return file.read_text(encoding="utf-8").strip()[:12] if file.exists() else "unknown"
+
+
+def of_costs(judged):
+    """What `explain` said a run would take against what it took."""
+    ratios = []
+    for found in judged:
+        told = re.search(r"([0-9.]+) s for the plan; .*very roughly ([0-9.]+) (\w+)", found["row"].get("told") or "")
+        if told and found["row"]["status"] == "finished":
+            plan_time, amount, unit = told.groups()
+            taken = float(found["row"]["seconds"]) - float(plan_time)
+            ratios.append(float(amount) * UNITS[unit] / max(taken, 1e-2))
+    if ratios:
+        low, middle, high = np.quantile(ratios, (0.05, 0.5, 0.95))
+        yield (
+            f"What `explain` says that the steps of a run will take, over what they took ({len(ratios)} runs): median"
+            f" {middle:.1f}, nine of ten between {low:.1f} and {high:.1f}."
+        )
+        yield ""
 
 
 def of_wishes(judged):
@@ -481,6 +517,7 @@ def of_scenes(drawn, judged):
             stated = f"{float(f['row']['stated']):.1%}" if f["row"]["stated"] else ""
             line += f" | {error} | {stated} | {float(f['row']['seconds']):.1f}"
         own = f"{here[1]['own']['binding_area']:.2%}" if here[1]["own"] else "none"
+        own += " coarser" if here[1]["own"] and not here[1]["finer"] else ""
         yield f"{line} | {here[1]['row']['nodes']} | {here[1]['row']['steps']} | {own} |"
 
 
@@ -523,14 +560,17 @@ def write_page(page, count):
 
 
 def main():
+    global RUNS
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--limit", type=int, default=SCENES, help="scenes, the first of them")
     parser.add_argument("--only", nargs="*", help="names of scenes")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1)
     parser.add_argument("--seconds", type=float, default=SECONDS, help="CPU time that a wish may take")
     parser.add_argument("--draw", action="store_true", help="write the page from what is there")
+    parser.add_argument("--runs", type=Path, default=RUNS, help="where rows and curves are kept")
     parser.add_argument("--page", type=Path, default=PAGE)
     given = parser.parse_args()
+    RUNS = given.runs
     (RUNS / "curves").mkdir(parents=True, exist_ok=True)
     if not (RUNS / "rows.csv").exists():
         append(dict(zip(FIELDS, FIELDS)))

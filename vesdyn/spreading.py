@@ -185,7 +185,7 @@ class Spreading:
             raise NoBalanceError(f"t = {until:.6g}, step {dt:.3g}: membrane landed on the substrate with its inner side down")
         if self._has_left(state.x, solution.x):
             raise NoBalanceError(
-                f"t = {until:.6g}, step {dt:.3g}: the vesicle has left the substrate, no membrane is within the cutoff any more"
+                f"t = {until:.6g}, step {dt:.3g}: the vesicle has left the substrate, no membrane is within the cutoff"
             )
         area, volume = self.measure(solution.x)
         worked, dissipated = self._work(state, number, ligands, solution.x, area, rate)
@@ -211,7 +211,7 @@ class Spreading:
         )
 
     def _has_left(self, before, x):
-        """Whether membrane was within reach of the substrate ``before`` and none is at ``x`` (n_nodes, d), though it pulls."""
+        """Whether membrane was in reach of the substrate ``before`` and none is at ``x`` (n_nodes, d), though it pulls."""
         cutoff = self.case.adhesion.cutoff
         return self.case.adhesion.traction > 0.0 and gaps(before).min() < cutoff <= gaps(x).min()
 
@@ -287,7 +287,8 @@ class Spreading:
         """Relative difference of what was seen ahead from what came: it falls with dt^2, as the error of order 2 does.
 
         The largest of three: of the receptors in reach of the ligands; of the shape, against the way it has come
-        since t = 0; of the numbers on the nodes, against how they have changed since then.
+        since t = 0; of the receptors on other nodes than was seen, against those that have changed theirs since then: a
+        count, so that it does not depend on how many nodes the layer at the front goes past.
         """
         number_ahead = state.number + (state.number - state.number_before) * (dt / state.dt_before)
         seen, came = (adhesion.bound_receptors(self.adhesion, *at) for at in ((number_ahead, ahead), (number, x)))

@@ -5,7 +5,8 @@ The adaptive step compares each new state with the one seen ahead along the last
 
     e <= STEP_ERROR x accuracy,     dt_next = dt (0.8 limit / e)^(1/2), within [0.3, 1.5] dt,
 
-a step that exceeds the limit twice over is taken again, shorter. The first steps, which have no past to compare with,
+a step that exceeds the limit twice over is taken again, shorter, but not than a third of the time in which the next
+ring of nodes lands (RING_STEP): what happens within it is the mesh's. The first steps, which have no past to compare with,
 are short against the two times of the scene: that in which adhesion works against drag, drag d_c / T_max, and that in
 which receptors diffuse over the cutoff, d_c^2 / D. No length or time is absolute, so that scenes which differ in
 their units alone take the same steps.
