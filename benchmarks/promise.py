@@ -2,7 +2,8 @@
 
 Each scene is drawn log-uniformly over what real vesicles and cells span (RANGES), run at the wishes of 4 % and 1 % as
 `auto` plans it, and compared with a meridian of Newton's method on a finer mesh with finer steps. The reference has two
-levels; their difference is its own error. Errors of the binding area count at all times after it has passed
+levels; their difference is its own error. Where the finer one would take too long the coarser one is the reference, and
+all of its distance from the run at 1 % counts as its own error. Errors of the binding area count at all times after it has passed
 `vesdyn.budget.WISHED_FROM` of its final value; a scene ends when a scout has reached ENDS_AT of its final area.
 
     python benchmarks/promise.py [--limit N] [--jobs N] [--seconds S] [--draw]
@@ -15,6 +16,7 @@ import argparse
 import csv
 import multiprocessing
 import os
+import re
 import resource
 import signal
 import time
@@ -34,7 +36,7 @@ from vesdyn.diagnostics import Moment
 from vesdyn.errors import CaseError, RunError
 from vesdyn.meshing import reduced_volume, spheroid_area
 from vesdyn.planning import plan, survey
-from vesdyn.provenance import sources_hash
+from vesdyn.provenance import provenance, sources_hash
 from vesdyn.spreading import Spreading
 from vesdyn.stepping import march
 
@@ -59,11 +61,13 @@ REFERENCES = {"coarser": (1.4, 0.5), "finer": (2.0, 0.25)}  # edge of the 1 % me
 ENDS_AT = 0.95  # of the final area, by a scout
 BEFORE_FOLD = 0.8  # of the time at which a scout folds: the end of a scene that does
 LATEST = 300.0  # [a0^2/D] per 1 + slowness: the scout's own end
-SECONDS = 60.0  # of CPU for a level
+SECONDS, REFERENCE_TIME = 30.0, 1.5  # of CPU for a wish; as many times that for a level of the reference
 QUANTITIES = ("binding_area", "contact_radius", "pressure", "density_max", "density_min")
+UNITS = {"seconds": 1.0, "minutes": 60.0, "hours": 3600.0, "days": 86400.0}  # [s]
 FORK = multiprocessing.get_context("fork")  # kernels that are loaded need not be loaded again
 BELIEVED = "area_error"  # column of the error that a run believes to have
-FIELDS = "scene level sources status cause seconds steps nodes edge stated warned end".split()
+FIELDS = "scene level sources status cause seconds told steps nodes edge stated warned end".split()
+FINER_COSTS = 3.0  # times as much as the coarser reference
 
 
 # Scenes --------------------------------------------------------------------------------------------------
@@ -141,18 +145,31 @@ def level_of(wish):
 
 def compute(scene, seconds, known):
     """Compute the levels of a scene that are not in ``known``, and append a row for each; return its name."""
-    end = known.get("scout", {}).get("end")
-    if not end:
-        end = float(run(scene, "scout", lambda: scouted(scene), seconds)["end"])
+    if "scout" not in known:
+        known["scout"] = run(scene, "scout", lambda: scouted(scene), seconds)
+    end = float(known["scout"]["end"])
     for wish in WISHES:
         if level_of(wish) not in known:
+            before = known.get(level_of(WISHES[0])) or known["scout"]
+            if before["status"] == "failed":  # what failed for the scouts or at 4 % is no easier
+                known[level_of(wish)] = before | {"level": level_of(wish), "seconds": "0"}
+                append(known[level_of(wish)])
+                continue
             known[level_of(wish)] = run(scene, level_of(wish), lambda: wished(scene, end, wish), seconds)
+    planned = known[level_of(WISHES[-1])]
     for level, (finer, sharper) in REFERENCES.items():
-        planned = known[level_of(WISHES[-1])]
-        if level not in known and planned["edge"]:
-            edge, accuracy = float(planned["edge"]) / finer, WISHES[-1] * sharper
-            run(scene, level, lambda: referred(scene, end, edge, accuracy), 3.0 * seconds)
+        if level in known:
+            continue
+        if planned["status"] != "finished" or (level == "finer" and not is_affordable(known["coarser"], seconds)):
+            break
+        edge, accuracy = float(planned["edge"]) / finer, WISHES[-1] * sharper
+        known[level] = run(scene, level, lambda: referred(scene, end, edge, accuracy), REFERENCE_TIME * seconds)
     return scene["scene"]
+
+
+def is_affordable(coarser, seconds):
+    """Whether the finer reference may be expected to be done in its time."""
+    return coarser["status"] == "finished" and FINER_COSTS * float(coarser["seconds"]) <= REFERENCE_TIME * seconds
 
 
 def run(scene, level, work, seconds):
@@ -176,7 +193,7 @@ def run(scene, level, work, seconds):
         np.savez_compressed(RUNS / "curves" / f"{scene['scene']}-{level.replace(' %', '')}.npz", **curve)
     if not row["status"]:
         spent = worker.exitcode in (-signal.SIGXCPU, -signal.SIGKILL)
-        why = f"not done after {seconds:g} s of CPU" if spent else f"ended by signal {-(worker.exitcode or 0)}"
+        why = f"{level} not done after {seconds:g} s of CPU" if spent else f"ended by signal {-(worker.exitcode or 0)}"
         row |= {"status": "failed", "cause": why}
     append(row)
     return row
@@ -223,8 +240,11 @@ def scouted(scene):
 
 def wished(scene, end, wish):
     """Run the scene as `auto` plans it."""
+    began = time.process_time()
     planned = plan(case_of(scene, end, wish))
-    yield {"edge": planned.case.mesh.front_edge, "end": f"{end:.6g}"}
+    size = next(told for told in planned.decisions if told.startswith("size"))
+    planning = time.process_time() - began
+    yield {"edge": planned.case.mesh.front_edge, "end": f"{end:.6g}", "told": f"{planning:.2f} s for the plan; {size}"}
     yield from marched(planned.case)
 
 
@@ -296,16 +316,17 @@ def judge(rows):
     """For each scene and wish a dict: the row, the errors at a tenth and a hundredth, those of the reference."""
     judged = []
     for name in sorted({scene for scene, _ in rows}):
-        reference = curve_of(name, "finer") if rows.get((name, "finer"), {}).get("status") == "finished" else None
-        coarser = curve_of(name, "coarser") if rows.get((name, "coarser"), {}).get("status") == "finished" else None
-        own = None
-        if reference and coarser:
-            own = errors(coarser, reference, reference["time"][-1])
+        levels = ("finer", "coarser", level_of(WISHES[-1]))  # the best two that are there
+        done = [level for level in levels if rows.get((name, level), {}).get("status") == "finished"][:2]
+        reference = own = None
+        if len(done) == 2:
+            reference, other = (curve_of(name, level) for level in done)
+            own = errors(other, reference, reference["time"][-1])
         for wish in WISHES:
             row = rows.get((name, level_of(wish)))
             if row is None:
                 continue
-            found = {"scene": name, "wish": wish, "row": row, "own": own, "error": None, "early": None}
+            found = {"scene": name, "wish": wish, "row": row, "own": own, "error": None, "early": None, "finer": "finer" in done}
             if row["status"] == "finished" and reference:
                 curve, end = curve_of(name, level_of(wish)), reference["time"][-1]
                 found["error"] = errors(curve, reference, end)
@@ -338,9 +359,12 @@ def of_page(drawn, refused, judged, seconds):
         "",
         "Written by `make promise` (`benchmarks/promise.py`): change it there.",
         "",
-        f"{len(drawn)} random scenes (seed {SEED}), each run as `auto` plans it at the wishes of 4 % and 1 %, against a"
-        " meridian of Newton's method with edges 2 times finer and an accuracy of 0.25 %; the same with edges 1.4 times"
-        " finer and 0.5 % tells the error of that reference. An error counts at all times after the binding area has"
+        f"The first {len(done_scenes(judged))} of {len(drawn)} random scenes (seed {SEED}), each run as `auto` plans it at the"
+        " wishes of 4 % and 1 %, against a meridian of Newton's method with edges 2 times finer than the run at 1 % has and"
+        " an accuracy of 0.25 %; the same with edges 1.4 times finer and 0.5 % tells the error of that reference. Where the"
+        " finer one would take too long the other is the reference, and all of its distance from the run at 1 % counts as"
+        f" its own error (\"coarser\" in the last column). A wish may take {SECONDS:g} s of CPU, a reference"
+        f" {REFERENCE_TIME * SECONDS:g} s. Computed by commit {commit()}. An error counts at all times after the binding area has"
         f" passed {WISHED_FROM:.0%} of its value at the end, and the end is when a scout has {ENDS_AT:.0%} of its final area.",
         "",
         "| quantity | from | to |",
@@ -358,6 +382,7 @@ def of_page(drawn, refused, judged, seconds):
     yield from of_wishes(judged)
     yield from ("", "![Stated against true error](promise.png)", "")
     yield from of_quantities(judged)
+    yield from of_costs(judged)
     yield from of_trouble(judged)
     yield from of_scenes(drawn, judged)
     yield from ("", f"CPU time of all of it: {seconds / 60:.0f} minutes.")
@@ -372,6 +397,36 @@ NAMES = {
     "shear_modulus": "shear modulus K [kT/a0^2]: a scale that must not matter",
     "thickness": "thickness h [a0]; 0 in a quarter of the scenes",
 }
+
+
+def done_scenes(judged):
+    """Names of the scenes of which both wishes were tried."""
+    tried = [found["scene"] for found in judged]
+    return sorted({name for name in tried if tried.count(name) == len(WISHES)})
+
+
+def commit():
+    """Commit of the sources that computed what is in RUNS, as a computing call left it there."""
+    file = RUNS / "commit.txt"
+    return file.read_text(encoding="utf-8").strip()[:12] if file.exists() else "unknown"
+
+
+def of_costs(judged):
+    """What `explain` said a run would take against what it took."""
+    ratios = []
+    for found in judged:
+        told = re.search(r"([0-9.]+) s for the plan; .*very roughly ([0-9.]+) (\w+)", found["row"].get("told") or "")
+        if told and found["row"]["status"] == "finished":
+            plan_time, amount, unit = told.groups()
+            taken = float(found["row"]["seconds"]) - float(plan_time)
+            ratios.append(float(amount) * UNITS[unit] / max(taken, 1e-2))
+    if ratios:
+        low, middle, high = np.quantile(ratios, (0.05, 0.5, 0.95))
+        yield (
+            f"What `explain` says that the steps of a run will take, over what they took ({len(ratios)} runs): median"
+            f" {middle:.1f}, nine of ten between {low:.1f} and {high:.1f}."
+        )
+        yield ""
 
 
 def of_wishes(judged):
@@ -462,6 +517,7 @@ def of_scenes(drawn, judged):
             stated = f"{float(f['row']['stated']):.1%}" if f["row"]["stated"] else ""
             line += f" | {error} | {stated} | {float(f['row']['seconds']):.1f}"
         own = f"{here[1]['own']['binding_area']:.2%}" if here[1]["own"] else "none"
+        own += " coarser" if here[1]["own"] and not here[1]["finer"] else ""
         yield f"{line} | {here[1]['row']['nodes']} | {here[1]['row']['steps']} | {own} |"
 
 
@@ -504,20 +560,24 @@ def write_page(page, count):
 
 
 def main():
+    global RUNS
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--limit", type=int, default=SCENES, help="scenes, the first of them")
     parser.add_argument("--only", nargs="*", help="names of scenes")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1)
     parser.add_argument("--seconds", type=float, default=SECONDS, help="CPU time that a wish may take")
     parser.add_argument("--draw", action="store_true", help="write the page from what is there")
+    parser.add_argument("--runs", type=Path, default=RUNS, help="where rows and curves are kept")
     parser.add_argument("--page", type=Path, default=PAGE)
     given = parser.parse_args()
+    RUNS = given.runs
     (RUNS / "curves").mkdir(parents=True, exist_ok=True)
     if not (RUNS / "rows.csv").exists():
         append(dict(zip(FIELDS, FIELDS)))
     if not given.draw:
         wanted = [s for s in scenes(given.limit)[0] if not given.only or s["scene"] in given.only]
         rows, sources = stored_rows(), sources_hash()[:12]
+        (RUNS / "commit.txt").write_text(f"{provenance()['commit']}\n")
         with ProcessPoolExecutor(given.jobs) as pool:
             tasks = []
             for scene in wanted:

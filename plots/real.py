@@ -1,15 +1,18 @@
 """Real vesicles and cells that spread: their shapes on the way, and A(t) with the error that each run states.
 
 A red cell from its flat shape (reduced volume 0.6) and as a sphere, a giant vesicle with an actin shell, a white cell:
-`configs/real/`, where each number has its source. Time in seconds and lengths in micrometres by SCENES.
+`configs/real/`, where each number has its source. Time in seconds and lengths in micrometres by SCENES. Beside the
+picture a page is written, docs/real.md.
 """
+
+from pathlib import Path
 
 import looks
 import numpy as np
 from looks import DARK, GREEN, LIGHT, RED
 
 SCENES = {  # case: name, a0 [um], a0^2/D [s]
-    "real/red-cell": ("red cell, reduced volume 0.6", 5.64, 3180.0),
+    "real/red-cell": ("red cell", 5.64, 3180.0),
     "real/red-cell-sphere": ("red cell, a sphere", 5.64, 3180.0),
     "real/giant-vesicle": ("giant vesicle with a shell", 14.0, 196.0),
     "real/white-cell": ("white cell", 8.5, 3610.0),
@@ -76,7 +79,48 @@ def draw(measured, out=looks.OUT):
         panels["areas"].set(xlabel="time [s]", ylabel="binding area [$\\mu$m$^2$]")
         panels["areas"].legend(loc="lower right")
 
-    looks.picture(fill, "real", out, size=(7.2, 5.4))
+    looks.picture(fill, "real", out, size=(7.2, 4.8))
+    (Path(out) / "real.md").write_text("\n".join(page(measured)) + "\n", encoding="utf-8")
+
+
+def page(measured):
+    """Lines of docs/real.md."""
+    yield from (
+        "# Real vesicles and cells",
+        "",
+        "Written by `make real` (`plots/real.py`): change it there. The scenes are shipped as `configs/real/`.",
+        "",
+        "![Binding area against time, and shapes](real.png)",
+        "",
+        "A(t) in the band of the error that each run states; below the shapes at the start, at the frames and at the end,"
+        " the later the darker. A run says what error it believes to have; how far it is off is told by a run at a"
+        f" quarter of its wish ({len(measured)} scenes, all at the wish that stands in their file).",
+        "",
+        "| scene | nodes | shortest edge [um] | steps | CPU [s] | final area [um2] | contact radius [um] | height [um] |"
+        " membrane stretched by | 95 % of the final area after [s] | error stated, largest | error found, largest |",
+        "|" + "---|" * 12,
+    )
+    for m in measured.values():
+        title, a0, unit = m["scene"]
+        done = unit * m["time"][np.argmax(m["area"] >= 0.95 * m["area"][-1])]
+        late = m["area"] >= 0.1 * m["area"][-1]
+        yield (
+            f"| {title} | {m['nodes']} | {a0 * m['edge']:.2g} | {len(m['time'])} | {m['seconds']:.2g} |"
+            f" {a0**2 * m['area'][-1]:.3g} | {a0 * m['radius']:.2f} | {a0 * m['height']:.2f} | {m['membrane']:.1%} |"
+            f" {done:.2g} | {np.max(m['stated'][late]):.1%} | {m['found']:.1%} |"
+        )
+    yield from ("", "Errors count once a tenth of the final area is bound, as the wish does.", "")
+    yield from ("## Where the numbers come from", "")
+    for name in measured:
+        yield from (f"`{name}`:", "", "```", *sources(name), "```", "")
+
+
+def sources(name):
+    """Comment at the head of the file of a shipped case."""
+    for line in (looks.ROOT / "configs" / f"{name}.yaml").read_text(encoding="utf-8").splitlines():
+        if not line.startswith("#"):
+            return
+        yield line.removeprefix("#").removeprefix(" ").rstrip()
 
 
 def draw_shapes(ax, shapes, a0, color):
@@ -91,4 +135,4 @@ def draw_shapes(ax, shapes, a0, color):
 
 
 if __name__ == "__main__":
-    looks.command_line(measure, draw)
+    looks.command_line(measure, draw, out=looks.ROOT / "docs")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vesdyn.case import Case
-from vesdyn.planning import compression_note, plan, wrinkling
+from vesdyn.planning import compression_note, plan, survey, wrinkling
 
 BRIEF = {"time": {"end": 0.05, "step": "auto"}, "output": {"frames": ()}}
 AUTO = {"front_edge": "auto", "far_edge": "auto"}
@@ -63,3 +63,15 @@ def test_only_a_meridian_under_compression_notes_it(model, tension, told):
     history = {"time": [0.1], "free_tension_min": [tension], "free_tension_min_height": [0.2]}
     note = compression_note(Case(name="a", model=model), history)
     assert (note is not None) == told
+
+
+def test_scouts_are_fine_as_far_as_the_front_goes():
+    """The front passes 80 degrees, beyond which the edges of the first scouts are many times longer: there they fold under."""
+    soft = Case(
+        name="a", model="axisymmetric", accuracy=0.04, mesh=AUTO, membrane={"shear_modulus": 0.1},
+        adhesion={"traction": 3.0}, time={"end": 1.2, "step": "auto"}, output={"frames": ()},
+    )  # fmt: skip
+    scouts = survey(soft)
+    assert all(80.0 < seen.reach < seen.fine_angle and not seen.folded for seen in scouts)
+    assert all(seen.final_time == 1.2 or seen.steady for seen in scouts)
+    assert scouts[0].final_area == pytest.approx(scouts[1].final_area, rel=0.04)

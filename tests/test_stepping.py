@@ -7,6 +7,7 @@ from vesdyn.case import Case
 from vesdyn.diagnostics import Moment
 from vesdyn.spreading import Spreading, State
 from vesdyn.stepping import is_steady, march
+from vesdyn.substrate import gaps, touches
 
 
 class Clock:
@@ -77,3 +78,16 @@ def test_scene_becomes_steady_and_not_before_the_area_has_settled():
     time, area = np.array([(m.time, m["binding_area"]) for m in moments]).T
     assert is_steady(sim, moments[-1].state) and 0.5 < time[-1] < 4.0
     assert abs(np.interp(time[-1] - 0.2, time, area) / area[-1] - 1.0) < 0.01  # the wish is 2 %
+
+
+def test_a_ring_that_snaps_down_takes_a_few_steps():
+    """Short range, soft membrane: receptors jump as each ring lands, which held the step to a thirtieth of a ring."""
+    case = Case(
+        name="snapping", model="axisymmetric", accuracy=0.02, drag=6.38, receptors={"drift_number": 4.99},
+        membrane={"shear_modulus": 0.134, "thickness": 0.00521}, mesh={"front_edge": 0.0015, "far_edge": 0.05},
+        adhesion={"traction": 297.0, "cutoff": 0.00297, "ligand_ratio": 2.75}, time={"step": "auto", "end": 0.006},
+        output={"frames": ()},
+    )  # fmt: skip
+    states = [state for state in march(Spreading(case)) if state.time > 0.002]
+    rings = touches(gaps(states[-1].x)).sum() - touches(gaps(states[0].x)).sum()
+    assert rings > 10 and len(states) < 8 * rings

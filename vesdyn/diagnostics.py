@@ -19,6 +19,7 @@ from vesdyn.kinds import KINDS
 from vesdyn.refusals import LONGEST_VALUE, shown
 from vesdyn.substrate import gaps, touches
 
+TOUCHING = 1e-6  # of the cutoff: membrane closer than this is on the plane
 
 
 class Moment:
@@ -182,6 +183,12 @@ COLUMNS = (
         "a0^2",
         "area within the cutoff that faces away from the substrate",
         lambda m: area_facing_away(m.sim.body.topology, m.x, m.sim.case.adhesion.cutoff),
+    ),
+    Column(
+        "near_area",
+        "a0^2",
+        "part of the binding area that touches nothing: membrane that is near and not bound",
+        lambda m: m.contact[0] - m.front(TOUCHING * m.sim.case.adhesion.cutoff)[0],
     ),
     Column("clipped_edges", "1", "edges whose negative conductance is set to zero", lambda m: m.state.clipped_edges),
     Column("step_error", "1", "relative difference of the state from the one seen ahead", lambda m: m.state.step_error),

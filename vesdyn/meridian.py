@@ -38,7 +38,7 @@ MESH_ERROR = {  # by whether there is bending; the paper's cases (d_c 0.06 to 0.
     True: generic.MeshError(15.0, 2.2),
 }
 BYTES = 4000.0  # a node, while the mesh is made
-STEP_TIME = 0.002, 100, 1.8  # [s] of a coupling step at so many nodes, over a whole run of the typical case; the exponent
+STEP_TIME = 0.0009, 100, 1.0  # [s] of a coupling step at so many nodes, over random scenes by Newton's method; the exponent
 DRAWN_SECTORS = 120  # three degrees each: the eye sees a circle
 
 

@@ -26,11 +26,12 @@ from vesdyn.substrate import is_held, land, normal_axis
 REACH = 2  # nodes on either side that feel a node
 BANDS = 2 * REACH + 1  # of the matrix, on either side of its diagonal
 _ITERATIONS = 40
-_HALVINGS = 12
+_HALVINGS = 4  # then steps downhill are taken instead: shorter ones only crawl
 _ROUNDING = 1e-12  # of the potential: what counts as none
 _NUDGE = 1e-6  # of the distance to the neighbours: displacement of the differences
 _DESCENTS = 200  # steps downhill where Newton's own do not lead to a balance
 _MORE_DRAG, _LESS_DRAG = 6.0, 0.3  # factors on the drag that is added, after a step that fails and one that succeeds
+_MOST_DRAG = 1e4  # of the first: more is no help
 _LONGEST_MOVE = 0.5  # of the shorter neighbouring segment: longer moves may turn it over
 
 
@@ -80,8 +81,13 @@ def descend(balance, start, pressure, limits, scratch, band, pause=lambda: None)
     x, pressure = start.copy(), float(pressure)
     size, missing = residual(balance, x, pressure, scratch)
     mu = size * force_scale(balance) / np.min(np.linalg.norm(np.diff(x, axis=0), axis=1))
+    most = _MOST_DRAG * mu
     for iteration in range(_DESCENTS):
+        if mu > most:  # the forces are no gradient here, as where ligands are short: no drag leads down
+            return None
         if size <= limits.tolerance and abs(missing) <= VOLUME_TOLERANCE:
+            if not is_lower(balance, x, start, pressure, scratch):
+                return None
             return Solution(x, CONVERGED, _ITERATIONS + iteration, size, float(pressure))
         pause()
         step = _step(balance, x, pressure, missing, scratch, band, mu)

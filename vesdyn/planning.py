@@ -33,7 +33,9 @@ REFINEMENT = 1.6  # from scout to scout
 MESH_ORDER = 2.0  # in the edge: what the difference of two scouts is read by
 TRUST = 0.5, 50.0  # the measured error of a mesh is taken within these multiples of that of the model
 MARGIN, MORE_ANGLE = 1.15, 10.0  # the fine zone against the slope that the front reaches [1, degrees]
-_SCOUTS, _FAILURES = 6, 3  # at most
+MORE_ZONE = 1.5  # times as far: the fine zone of the next scout after a front that left it
+SAME_TIME = 0.2  # relative difference of the times at which two scouts fold, at most
+_SCOUTS, _FAILURES = 7, 3  # at most
 BENDING_SHARE = 0.5  # of the wish: an effect of bending above it is computed
 COMPRESSION = 0.01  # of K: free membrane below minus this tension would wrinkle
 
@@ -75,7 +77,7 @@ def needs_planning(case):
 
 
 def scout(case, front_edge, fine_angle):
-    """Run ``case`` on a meridian of these edges as far as it goes; None where it finds no balance."""
+    """Run ``case`` on a meridian of these edges as far as its fine zone goes; None where it finds no balance."""
     coarse = case.model_copy(
         update={
             "model": "axisymmetric",
@@ -100,6 +102,8 @@ def scout(case, front_edge, fine_angle):
             rows.append((moment.time, moment["binding_area"], moment["contact_radius"]))
             lowest = min(lowest, (moment["free_tension_min"], moment.time, moment["free_tension_min_height"]))
             reach = max(reach, _reach(sim, state))
+            if leaves_zone(reach, fine_angle):
+                break
     except FoldError as fold:
         folded = str(fold)
     except NoBalanceError:
@@ -121,28 +125,47 @@ def _reach(sim, state):
     return float(np.degrees(np.arctan2(dz, dr)))
 
 
+def leaves_zone(reach, fine_angle):
+    """Whether a front at ``reach`` comes close to the end of the fine zone at ``fine_angle`` [degrees].
+
+    Beyond are elements many times longer, which hold it up or fold under.
+    """
+    return MARGIN * reach >= fine_angle < 180.0
+
+
+def agree_on_fold(coarser, finer):
+    """Whether two scouts fold at about the same time, or neither does."""
+    if coarser.folded and finer.folded:
+        return abs(finer.final_time - coarser.final_time) <= SAME_TIME * finer.final_time
+    return not coarser.folded and not finer.folded
+
+
 def survey(case):
     """Two scouts of ``case``, coarse and finer, that resolve what matters; None where the scene has no meridian.
 
     A scout that finds no balance, or whose mesh is too coarse for the cutoff or for the front when the wish begins to
-    count, is repeated finer; one whose mesh was not fine as far as the front went, with the fine zone extended.
+    count, is repeated finer; one whose front left the fine zone of its mesh, with the zone extended. A fold counts where
+    two scouts meet it at about the same time: a coarse mesh folds where the membrane does not.
     """
     if case.mesh.file is not None:
         return None
     edge, fine, seen = min(LONGEST_SCOUT_EDGE, case.adhesion.cutoff / EDGES_A_CUTOFF), case.mesh.fine_angle, None
-    failures = 0
+    coarser, failures = None, 0
     for _ in range(_SCOUTS):
-        coarser, seen = seen, scout(case, edge, fine)
-        if seen is None:
+        found = scout(case, edge, fine)
+        if found is None:
             failures += 1
             if failures == _FAILURES:
                 return None
-            edge, fine = edge / REFINEMENT, min(180.0, 1.5 * fine)
+            edge, fine = edge / REFINEMENT, min(180.0, MORE_ZONE * fine)
             continue
+        if leaves_zone(found.reach, fine):
+            fine = min(180.0, MORE_ZONE * fine)
+            continue
+        coarser, seen = seen, found
         resolves = seen.early_radius / EDGES_A_RADIUS
-        if coarser and edge <= resolves * REFINEMENT and all(s.reach < s.fine_angle for s in (coarser, seen)):
+        if coarser and edge <= resolves * REFINEMENT and agree_on_fold(coarser, seen):
             return coarser, seen
-        fine = fine if seen.reach < fine else min(180.0, MARGIN * seen.reach)
         edge = min(edge / REFINEMENT, resolves)
     return (coarser, seen) if coarser and seen else None
 

@@ -9,8 +9,8 @@ damping   `viscous`: c ~ 1.4 w, w the lowest frequency, estimated at each iterat
           the force change along the velocity (Underwood 1983); centred in time, so it does not lower the
           critical step.  `kinetic`: little damping, and the velocity is cleared just past each peak of the
           kinetic energy, half a step back (Barnes 1999). With none at all the highest modes never die.
-fluid     the multiplier p is chosen at each iteration so that V(x) = V0 holds after it to first order:
-          two dot products, no penalty stiffness.
+fluid     the multiplier p is chosen at each iteration so that V(x) = V0 holds after it to first order, or V comes
+          nearer by a hundredth where more is missing: two dot products, no penalty stiffness.
 contact   heights are cut at z = 0 and a node the load presses down rests; complementarity is exact.
 stopping  the largest nodal residual divided by T_max A0 falls below the tolerance.
 """
@@ -39,6 +39,7 @@ _STRONGEST_DAMPING = 1.9  # of the 2 beyond which a centred step turns the veloc
 _KINETIC_FLOOR = 0.1  # viscous damping that goes with kinetic damping, against the highest modes
 _EXPLODED = 1e6  # a residual that no start of a step has: something grows without bound
 _HEAVIER = (1.0, 4.0, 16.0)  # a relaxation that fails starts again with a larger fictitious mass
+_VOLUME_A_MOVE = 0.01  # of the volume that an iteration restores at most: a larger leap outruns the fictitious mass
 _NODES_A_SITTING = 4_000_000  # nodes times iterations between two looks at whether to stop: a few tenths of a second
 
 
@@ -183,7 +184,9 @@ def relax(balance, limits, x, progress, is_kinetic, sitting, scratch):
             damping = min(_STRONGEST_DAMPING, _OVERDAMPING * frequency)
         keep, gain = (2.0 - damping) / (2.0 + damping), 2.0 / (2.0 + damping)  # centred in time
         missing = balance.volume - volume
-        pressure = restoring_pressure(balance, x, missing, pressure, keep, gain, scratch)
+        most = _VOLUME_A_MOVE * balance.volume
+        closed = max(-most, min(most, missing))
+        pressure = restoring_pressure(balance, x, closed, pressure, keep, gain, scratch)
         residual, kinetic, power, total_power = move_nodes(balance, x, pressure, keep, gain, scratch)
 
         if not (residual < _EXPLODED and np.isfinite(volume)):

@@ -28,6 +28,7 @@ from vesdyn.stepping import is_over, march
 from vesdyn.storage import RunDirectory
 
 _ROUNDED = 1.1  # of the wish: edges are chosen to two digits
+_NEARNESS_TOLD = 0.25  # of the binding area: more that touches nothing is told
 _ASSUMED_RADIUS = 0.15  # [a0] of the front when the wish begins to count, before that is known; the paper's: 0.1 to 0.3
 
 
@@ -251,6 +252,13 @@ def _notes(case, history):
             notes.append(
                 f"the binding area is believed to be off by up to {believed:.2g} of itself, more than the wish of"
                 f" {case.accuracy:.2g}; give a smaller accuracy with edges and step `auto`, or finer ones"
+            )
+    if "near_area" in history and len(history["time"]):
+        near, area = history["near_area"][-1], history["binding_area"][-1]
+        if near > _NEARNESS_TOLD * area:
+            notes.append(
+                f"{near:.3g} a0^2 of the binding area, {near / area:.0%} of it, is membrane that is closer than 0.02 of the"
+                " cutoff and touches nothing"
             )
     return "; ".join(note.rstrip(".") for note in notes if note) or None
 

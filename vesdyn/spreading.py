@@ -24,10 +24,11 @@ from vesdyn.body import add_elastic_forces, area_facing_away, edge_conductances,
 from vesdyn.errors import CaseError
 from vesdyn.front import BINDING_GAP, displace_front
 from vesdyn.kinds import KINDS
-from vesdyn.substrate import gaps, kept_landed
+from vesdyn.substrate import gaps, kept_landed, touches
 
 STARTING_STEPS = 4  # of order 1
 SHAPE_SHARE, NUMBER_SHARE = 0.25, 0.1  # of their relative differences that count against that of bound receptors
+WEAK_BINDING = 4.0  # [kT] of a receptor; above it numbers count for more in proportion: their layer at the front is thin
 LEAST_WAY, LEAST_CHANGE = 0.01, 0.001  # of the cutoff, of the numbers: shorter ways from the start count as these
 ROUND_OFF = 1e-9  # of the size: a way that is none
 METHODS = {"viscous": relaxation.viscous, "kinetic": relaxation.kinetic, "newton": newton.newton}  # solve the balance
@@ -118,6 +119,8 @@ class Spreading:
             case.adhesion.ligand_ratio,
             case.receptors.frozen,
         )
+        binding = case.drift_number * case.adhesion.traction * adhesion.integral(self.adhesion.law, 0.0)  # [kT]
+        self.number_share = NUMBER_SHARE * max(1.0, binding / WEAK_BINDING)
         self.limits = Limits(case.tolerance, case.solver.max_iterations)
         self.solve = METHODS[method_of(case)]
         self.scratch = allocate(self.x_start)
@@ -180,6 +183,10 @@ class Spreading:
         solution = self._relax_membrane(state, number, ligands, ahead, rate, pause)  # x_(n+1)
         if area_facing_away(self.body.topology, solution.x, 0.0) > 0.0:
             raise NoBalanceError(f"t = {until:.6g}, step {dt:.3g}: membrane landed on the substrate with its inner side down")
+        if self._has_left(state.x, solution.x):
+            raise NoBalanceError(
+                f"t = {until:.6g}, step {dt:.3g}: the vesicle has left the substrate, no membrane is within the cutoff"
+            )
         area, volume = self.measure(solution.x)
         worked, dissipated = self._work(state, number, ligands, solution.x, area, rate)
 
@@ -202,6 +209,11 @@ class Spreading:
             step_error=self._step_error(state, ahead, number, solution.x, dt) if started else 0.0,
             clipped_edges=clipped,
         )
+
+    def _has_left(self, before, x):
+        """Whether membrane was in reach of the substrate ``before`` and none is at ``x`` (n_nodes, d), though it pulls."""
+        cutoff = self.case.adhesion.cutoff
+        return self.case.adhesion.traction > 0.0 and gaps(before).min() < cutoff <= gaps(x).min()
 
     def restart(self, state):
         """The `State` whose motion begins anew, its front displaced at random where the ``perturbation`` says so (Fig. 9).
@@ -275,17 +287,31 @@ class Spreading:
         """Relative difference of what was seen ahead from what came: it falls with dt^2, as the error of order 2 does.
 
         The largest of three: of the receptors in reach of the ligands; of the shape, against the way it has come
-        since t = 0; of the numbers on the nodes, against how they have changed since then.
+        since t = 0; of the receptors on other nodes than was seen, against those that have changed theirs since then: a
+        count, so that it does not depend on how many nodes the layer at the front goes past.
         """
         number_ahead = state.number + (state.number - state.number_before) * (dt / state.dt_before)
         seen, came = (adhesion.bound_receptors(self.adhesion, *at) for at in ((number_ahead, ahead), (number, x)))
         moved = max(self.distance(x, self.x_start), LEAST_WAY * self.case.adhesion.cutoff)
-        changed = max(np.linalg.norm(number - self.number_start), LEAST_CHANGE * np.linalg.norm(number))
+        changed = max(np.abs(number - self.number_start).sum(), LEAST_CHANGE * self.number_0)
         return max(
             abs(seen / came - 1.0) if came > 0.0 else 0.0,
             SHAPE_SHARE * self.distance(ahead, x) / moved,
-            NUMBER_SHARE * np.linalg.norm(number_ahead - number) / changed,
+            self.number_share * np.abs(number_ahead - number).sum() / changed,
         )
+
+    def ring_time(self, state):
+        """About the time [a0^2/D] in which the fullest of the nodes at the rim of the contact lands; 0 before contact.
+
+        Its share of all bound receptors, times the time that has passed: their number grows with a power of time that
+        is below 1 on the whole.
+        """
+        lower, upper = self.body.edges.T
+        down = touches(gaps(state.x))
+        rim = down[lower] != down[upper]
+        fullest = np.maximum(state.number[lower[rim]], state.number[upper[rim]]).max(initial=0.0)
+        bound = adhesion.bound_receptors(self.adhesion, state.number, state.x)
+        return state.time * fullest / bound if bound > 0.0 else 0.0
 
     def distance(self, x, y):
         """Root mean square distance [a0] of two configurations, over the reference area."""

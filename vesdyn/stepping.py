@@ -5,7 +5,8 @@ The adaptive step compares each new state with the one seen ahead along the last
 
     e <= STEP_ERROR x accuracy,     dt_next = dt (0.8 limit / e)^(1/2), within [0.3, 1.5] dt,
 
-a step that exceeds the limit twice over is taken again, shorter. The first steps, which have no past to compare with,
+a step that exceeds the limit twice over is taken again, shorter, but not than a third of the time in which the next
+ring of nodes lands (RING_STEP): what happens within it is the mesh's. The first steps, which have no past to compare with,
 are short against the two times of the scene: that in which adhesion works against drag, drag d_c / T_max, and that in
 which receptors diffuse over the cutoff, d_c^2 / D. No length or time is absolute, so that scenes which differ in
 their units alone take the same steps.
@@ -18,6 +19,7 @@ from vesdyn.spreading import STARTING_STEPS
 
 FIRST_STEP = 0.2  # of the shorter time of the scene, per unit of accuracy
 LONGEST_STEP = 0.2  # of the time that has passed
+RING_STEP = 0.33  # of the time in which a node lands: how long a step may be in any case
 STEADY = 0.1  # per unit of accuracy: d ln(distance from the start) / d ln(time) that counts as rest
 _GROWTH, _CUT = 1.5, 0.3
 _AIM, _TOO_FAR = 0.8, 2.0  # of the limit: what the next step aims at, and what makes one be taken again
@@ -97,6 +99,7 @@ def _adaptive_step(sim, state, mark, pause):
     first = FIRST_STEP * accuracy * pace(sim.case)
     wanted = state.dt_wanted if state.steps else first
     is_estimated = state.steps >= STARTING_STEPS
+    shortest = RING_STEP * sim.ring_time(state) if is_estimated else 0.0
     while True:
         until = _level(state.time, mark, math.ceil((mark - state.time) / wanted * (1.0 - _ROUNDING)))
         dt = until - state.time
@@ -109,12 +112,12 @@ def _adaptive_step(sim, state, mark, pause):
             continue
         if is_estimated and new.step_error > 0.0:
             factor = min(_GROWTH, max(_CUT, math.sqrt(_AIM * limit / new.step_error)))
-            if new.step_error > _TOO_FAR * limit and dt > _SHORTEST * first:
-                wanted = factor * dt
+            if new.step_error > _TOO_FAR * limit and wanted > max(shortest, _SHORTEST * first):
+                wanted = max(factor * dt, shortest)
                 continue
             # a step cut short by a mark says little: do not let it shrink the next one
             wanted = max(factor * dt, wanted if factor >= 1.0 else 0.0)
-            wanted = min(wanted, max(LONGEST_STEP * until, first))
+            wanted = max(min(wanted, max(LONGEST_STEP * until, first)), shortest)
         return new._replace(dt_wanted=wanted)
 
 
