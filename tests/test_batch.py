@@ -240,6 +240,19 @@ def test_a_stopped_batch_begins_nothing(carry_out, tmp_path):
     assert not (tmp_path / "runs").exists()
 
 
+def test_the_end_of_a_batch_stops_its_workers(carry_out, tmp_path):
+    """Its sign is gone: the batch has ended, or has been killed and another one has cleaned up."""
+    (tmp_path / "sign").unlink()
+    outcome, _ = carry_out()
+    assert (outcome.state, outcome.reason) == ("interrupted", "not begun, stopped by the end of its batch.")
+
+
+@pytest.mark.fault("n17")
+def test_what_another_process_computes_is_elsewhere(carry_out, tmp_path):
+    with RunDirectory(tmp_path / "runs").claim(TINY):
+        assert carry_out()[0].state == "elsewhere"
+
+
 # Processes of this machine
 
 
