@@ -80,7 +80,7 @@ def descend(balance, start, pressure, limits, scratch, band, pause=lambda: None)
     x, pressure = start.copy(), float(pressure)
     size, missing = residual(balance, x, pressure, scratch)
     mu = size * force_scale(balance) / np.min(np.linalg.norm(np.diff(x, axis=0), axis=1))
-    for iteration in range(_DESCENTS):
+    for iteration in range(min(_DESCENTS, limits.max_iterations)):
         if size <= limits.tolerance and abs(missing) <= VOLUME_TOLERANCE:
             return Solution(x, CONVERGED, _ITERATIONS + iteration, size, float(pressure))
         pause()
