@@ -27,7 +27,7 @@ from mutations import TABLE
 
 ROOT = Path(__file__).resolve().parents[1]
 COPIED = ("vesdyn", "tests", "configs", "plots", "docs", "benchmarks", "setup.cfg", "pyproject.toml", "README.md")
-LIMIT = 300  # [s] for the tests of one mutation; those that take longer have not seen it
+LIMIT = 300  # [s] for the tests of one mutation, ten times that for all of them: what takes longer has not seen it
 PAGE = """\
 # Mutations: what is broken on purpose, and the test that sees it
 
@@ -44,7 +44,7 @@ class Mutation(NamedTuple):
     file: str  # in vesdyn/
     old: str
     new: str
-    tests: tuple  # arguments of pytest; paths from tests/ on
+    tests: tuple  # arguments of pytest, paths from tests/ on; first the environment, NAME=VALUE
 
 
 class Result(NamedTuple):
@@ -86,23 +86,25 @@ class Copy:
         cache.mkdir(mode=0o700)
         self.environment = os.environ | {"PYTHONPATH": str(self.tree), "NUMBA_CACHE_DIR": str(cache)}
 
-    def run(self, tests):
-        """Run the ``tests`` (arguments of pytest) up to the first that fails; return a `Result`."""
-        command = [sys.executable, "-m", "pytest", "-q", "-x", "-rfE", "--tb=no", "--no-header", "-p", "no:cacheprovider"]
-        command += ["-p", "no:xdist", "-m", "not verify"]
+    def run(self, tests, to_the_end=False):
+        """Run the ``tests`` (see `Mutation`) up to the first that fails, or ``to_the_end``; return a `Result`."""
+        command = [sys.executable, "-m", "pytest", "-q", "-rfE", "--tb=no", "--no-header", "-p", "no:cacheprovider"]
+        command += ["-p", "no:xdist", "-m", "not verify", *([] if to_the_end else ["-x"])]
+        environment = dict(word.split("=") for word in tests if is_setting(word))
+        command += [word for word in tests if not is_setting(word)]
         process = subprocess.Popen(
-            [*command, *tests], cwd=self.tree / "tests", env=self.environment, stdout=subprocess.PIPE,
+            command, cwd=self.tree / "tests", env=self.environment | environment, stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, text=True, start_new_session=True,
         )  # fmt: skip
         try:
-            words, _ = process.communicate(timeout=LIMIT)
+            words, _ = process.communicate(timeout=LIMIT * (10 if to_the_end else 1))
         except subprocess.TimeoutExpired:
             return Result(False, None, f"no answer in {LIMIT} s")
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
-        failed = re.search(r"^(?:FAILED|ERROR) tests/(\S+::\w+)", words, re.MULTILINE)
+        failed = re.search(r"^(?:FAILED|ERROR) (?:tests/)?(\S+::\w+)", words, re.MULTILINE)
         return Result(process.returncode == 0, failed and failed[1], words[-1500:])
 
     def run_mutated(self, mutation):
@@ -115,6 +117,23 @@ class Copy:
         finally:
             file.write_text(text, encoding="utf-8")
             os.utime(file, ns=(status.st_atime_ns, status.st_mtime_ns))  # else its kernels are compiled anew
+
+
+def groups(chosen, most):
+    """The tests of the mutations ``chosen``, each once, in at most ``most`` groups for each environment."""
+    by_environment = {}
+    for mutation in chosen:
+        environment = tuple(word for word in mutation.tests if is_setting(word))
+        by_environment.setdefault(environment, {}).update(dict.fromkeys(mutation.tests))
+    for environment, words in by_environment.items():
+        tests = [word for word in words if not is_setting(word)]
+        for first in range(min(most, len(tests))):
+            yield [*environment, *tests[first::most]]
+
+
+def is_setting(word):
+    """True for NAME=VALUE, part of an environment."""
+    return re.fullmatch(r"[A-Z_]+=\S+", word) is not None
 
 
 def page(seen):
@@ -156,14 +175,14 @@ def main():
             finally:
                 copies.put(copy)
 
-        selections = list(dict.fromkeys(mutation.tests for mutation in chosen))
-        sound = pool.map(lambda tests: borrow(lambda copy: copy.run(tests)), selections)
-        red = [(tests, result) for tests, result in zip(selections, sound) if not result.passed]
-        for tests, result in red:
-            print(f"{' '.join(tests)}: does not pass without a mutation.\n{result.words}", flush=True)
-        if red:
+        together = groups(chosen, arguments.jobs)
+        sound = list(pool.map(lambda tests: borrow(lambda copy: copy.run(tests, to_the_end=True)), together))
+        for result in sound:
+            if not result.passed:
+                print(f"These tests do not pass without a mutation.\n{result.words}", flush=True)
+        if not all(result.passed for result in sound):
             raise SystemExit(1)
-        print(f"{len(selections)} selections of tests pass without a mutation ({time.monotonic() - began:.0f} s).", flush=True)
+        print(f"The tests named pass without a mutation ({time.monotonic() - began:.0f} s).", flush=True)
 
         results = pool.map(lambda mutation: borrow(lambda copy: copy.run_mutated(mutation)), chosen)
         seen = {}

@@ -1,27 +1,32 @@
 """The mutations that `make mutate` tries: by kind and file, what is broken, the text, its replacement, and the tests.
 
 The text must stand exactly once in the file. Of the tests (arguments of pytest, paths from tests/ on, separated by
-spaces) those under `verify` are left out; they should be few and fast, since each mutation of a kernel compiles what
-they use anew. Where a text has changed, put the new one here; `tests/test_mutate.py` says which.
+spaces) those under `verify` are left out; they should be few and fast. A mutation of a kernel compiles all that its tests
+use anew: where that takes longer than the tests themselves, they are interpreted (PY). Where a text has changed, put the new one here; `tests/test_mutate.py` says which.
 """
 
+PY = "NUMBA_DISABLE_JIT=1 "
+BODIES = PY + "test_bodies.py::"
 FREELY = "faults/test_damage.py::test_run_goes_on_to_the_same_bits_or_says_how_to_begin_anew"
 LOCKS = "faults/test_neighbours.py::test_run_without_locks_of_the_file_system"
 STALE_LOCKS = "faults/test_neighbours.py::test_lock_file_of_a_dead_owner_is_taken_over"
 OTHERS_CACHE = "faults/test_foreign.py::test_cache_where_others_may_write_is_refused"
-GRADIENT = "test_bodies.py::test_elastic_force_is_the_gradient_of_the_energy_to_second_order"
-START_STATE = "test_bodies.py::test_start_state_is_the_reference_stretched_uniformly"
+GRADIENT = BODIES + "test_elastic_force_is_the_gradient_of_the_energy_to_second_order"
+START_STATE = BODIES + "test_start_state_is_the_reference_stretched_uniformly"
 BOUND = "test_bodies.py::test_stiffness_bound_is_above_the_largest_eigenvalue"
-BENDING_BOUND = "test_bodies.py::test_bound_of_bending_alone"
+BENDING_BOUND = BODIES + "test_bound_of_bending_alone[axisymmetric-rings-start-0.0]"
 NO_CASE = "test_case_file.py::test_files_that_are_no_case"
 GIVE_WAY = "test_case_file.py::test_less_specific_keys_give_way"
 YAML_NUMBERS = "test_case_file.py::test_numbers_are_those_of_yaml_1_2"
 CONTINUED = "test_case.py::test_what_may_change_when_a_run_goes_on"
 DISK_FULL = "faults/test_write_errors.py::test_disk_full_at_any_call"
 SAME_BITS = "test_run.py::test_interrupted_run_goes_on_to_the_same_bits"
-BALANCED = "test_relaxation.py::test_contact_is_complementary_and_the_volume_exact"
+BALANCED = PY + "test_relaxation.py::test_contact_is_complementary_and_the_volume_exact[axisymmetric-viscous-drag]"
 LEDGER = "test_spreading.py::test_energy_is_balanced"
+INSIDE = "stability/test_fictitious_mass.py::test_just_inside_the_critical_mass[axisymmetric-membrane-viscous]"
+CHAIN = "test_receptors.py::test_one_step_agrees_with_a_sparse_direct_solution[axisymmetric-0.002]"
 SYNCS = "test_files.py"
+NOTES = "test_run.py::test_mesh_step_and_belief_that_missed_the_wish_are_told_after_a_run"
 
 TABLE = {
     "Membrane": {
@@ -34,9 +39,9 @@ TABLE = {
              "test_neo_hookean.py"),
         ],
         "koiter.py": [
-            ("stiffness of a material without Poisson's ratio", "thickness**2 / 3.0", "thickness**2 / 4.0", "test_koiter.py"),
-            ("the mixed term of bending is dropped", "rho_22 * rho_22 + rho_11 * rho_22", "rho_22 * rho_22", "test_koiter.py"),
-            ("twice the twisting moment", ", B * rho_12", ", 2.0 * B * rho_12", "test_koiter.py"),
+            ("stiffness of a material without Poisson's ratio", "thickness**2 / 3.0", "thickness**2 / 4.0", PY + "test_koiter.py"),
+            ("the mixed term of bending is dropped", "rho_22 * rho_22 + rho_11 * rho_22", "rho_22 * rho_22", PY + "test_koiter.py"),
+            ("twice the twisting moment", ", B * rho_12", ", 2.0 * B * rho_12", PY + "test_koiter.py"),
         ],
         "meridian.py": [
             ("the azimuthal tension is dropped", "meridional * dr - hoop", "meridional * dr", GRADIENT),
@@ -44,104 +49,104 @@ TABLE = {
             ("the moment has the other sign", "C[0] * f - D[0] * m1", "C[0] * f + D[0] * m1", GRADIENT),
             ("the moments along the tangent are dropped", "f = (m1 * (h[0]", "f = 0.0 * (m1 * (h[0]", GRADIENT),
             ("half the gradient of the volume", "nodal[b, 3] += disc", "nodal[b, 3] += 0.5 * disc",
-             "test_bodies.py::test_volume_gradient_is_that_of_the_volume_to_second_order"),
+             BODIES + "test_volume_gradient_is_that_of_the_volume_to_second_order"),
             ("wrong nodal areas", "nodal[a, 4] += np.pi / 3.0 * l * (2.0 * ra + rb)", "nodal[a, 4] += np.pi / 3.0 * l * (ra + rb)",
-             "test_bodies.py::test_nodal_areas_sum_to_the_area"),
+             BODIES + "test_nodal_areas_sum_to_the_area"),
             ("the prestretch is forgotten", "np.linalg.norm(np.diff(x, axis=0), axis=1) / prestretch",
              "np.linalg.norm(np.diff(x, axis=0), axis=1)", START_STATE),
             ("the reference area forgets the prestretch", "nodal[:, 4] / prestretch**2", "nodal[:, 4]", START_STATE),
             ("a meridian across its axis passes for a shape", "return np.nan if inverted else volume", "return volume",
-             "test_bodies.py"),
-            ("the poles leave the axis", "nodal[pole, 0] = nodal[pole, 2] = 0.0", "pass", "test_bodies.py"),
+             BODIES + "test_a_meridian_across_its_axis_is_no_shape"),
+            ("the poles leave the axis", "nodal[pole, 0] = nodal[pole, 2] = 0.0", "pass", GRADIENT),
             ("the bound of the stiffness forgets the fluid", "abs(pressure) * 2.0 * np.pi", "0.0 * np.pi", BOUND),
             ("the bound of bending is half", "(s * all_s + m * all_c", "(0.5 * s * all_s + m * all_c", BENDING_BOUND),
             ("receptors in contact move", "if x[a, 1] <= 0.0 and x[b, 1] <= 0.0:", "if False:",
-             "test_bodies.py::test_an_element_conducts_nothing_when_all_its_nodes_touch"),
+             BODIES + "test_an_element_conducts_nothing_when_all_its_nodes_touch"),
             ("twice the conductance", "= np.pi * (x[a, 0] + x[b, 0]) / np.hypot(", "= 2.0 * np.pi * (x[a, 0] + x[b, 0]) / np.hypot(",
-             "test_bodies.py::test_cone_conductances_are_area_over_squared_length"),
+             BODIES + "test_cone_conductances_are_area_over_squared_length"),
             ("the kink at the front is straight", "curvature = 2.0 * (slope_2 - slope) / (length_1 + length_2)", "curvature = 0.0",
-             "test_bodies.py::test_kink_of_a_meridian_is_found_inside_its_edge"),
+             BODIES + "test_kink_of_a_meridian_is_found_inside_its_edge"),
             ("the area below a level is that of a cylinder", "+ share[e] * (x[b, 0] - x[a, 0]))", ")",
-             "test_bodies.py::test_cone_area_below_a_level_against_fine_strips"),
-            ("the membrane that folds is the other one", "and x[b, 0] < x[a, 0]", "and x[b, 0] > x[a, 0]", "test_folding.py"),
+             BODIES + "test_cone_area_below_a_level_against_fine_strips"),
+            ("the membrane that folds is the other one", "and x[b, 0] < x[a, 0]", "and x[b, 0] > x[a, 0]", PY + "test_folding.py::test_pleat_is_found_with_its_area"),
         ],
         "surface.py": [
             ("twice the tension of the area", "g = 0.5 * per_A", "g = per_A", GRADIENT),
             ("wrong nodal areas", "np.repeat(area / 3.0, 3)", "np.repeat(area / 2.0, 3)", START_STATE),
-            ("one corner has no area", "nodal[c, 6] += A", "nodal[c, 6] += 0.0", "test_bodies.py::test_nodal_areas_sum_to_the_area"),
+            ("one corner has no area", "nodal[c, 6] += A", "nodal[c, 6] += 0.0", BODIES + "test_nodal_areas_sum_to_the_area"),
             ("the prestretch is forgotten", "mesh.area_faces / prestretch**2", "mesh.area_faces", START_STATE),
             ("half the gradient of the volume", "nodal[c, 5] += Sz", "nodal[c, 5] += 0.5 * Sz",
-             "test_bodies.py::test_volume_gradient_is_that_of_the_volume_to_second_order"),
+             BODIES + "test_volume_gradient_is_that_of_the_volume_to_second_order"),
             ("receptors in contact move", "if x[a, 2] <= 0.0 and x[b, 2] <= 0.0 and x[c, 2] <= 0.0:", "if False:",
-             "test_bodies.py::test_an_element_conducts_nothing_when_all_its_nodes_touch"),
-            ("clipped conductances are not counted", "clipped += conductance[i] < -1e-9", "clipped += 0", "test_bodies.py"),
-            ("negative conductances stay", "conductance[i] = 0.0", "pass", "test_bodies.py"),
+             BODIES + "test_an_element_conducts_nothing_when_all_its_nodes_touch"),
+            ("clipped conductances are not counted", "clipped += conductance[i] < -1e-9", "clipped += 0", BODIES + "test_triangle_conductances_against_the_angles_facing_each_edge"),
+            ("negative conductances stay", "conductance[i] = 0.0", "pass", BODIES + "test_triangle_conductances_against_the_angles_facing_each_edge"),
             ("both principal tensions are the larger", "principal_tension(body.shear_modulus, smaller, l3)",
              "principal_tension(body.shear_modulus, larger, l3)",
-             "test_bodies.py::test_triangle_tensions_against_the_singular_values_of_the_deformation_gradient"),
+             BODIES + "test_triangle_tensions_against_the_singular_values_of_the_deformation_gradient"),
             ("the area of a triangle with two corners below", "A * (1.0 - (1.0 - first) * (1.0 - second))", "A * 0.5 * (first + second)",
-             "test_bodies.py::test_triangle_area_below_a_level_against_clipped_polygons"),
-            ("the membrane that folds is the other one", "if S[2] > 0.0:", "if S[2] < 0.0:", "test_folding.py"),
+             BODIES + "test_triangle_area_below_a_level_against_clipped_polygons"),
+            ("the membrane that folds is the other one", "if S[2] > 0.0:", "if S[2] < 0.0:", PY + "test_folding.py::test_pleat_is_found_with_its_area"),
             ("the bound of the stiffness forgets the fluid", "0.5 * abs(pressure) * np.sqrt(max(la, lb, lc))", "0.0", BOUND),
         ],
         "curvature.py": [
             ("the moment has the other sign", "- w[k, 2] * m11 - w[k, 3] * m22", "+ w[k, 2] * m11 - w[k, 3] * m22", GRADIENT),
-            ("the reaction of bending is dropped", "kept += force", "kept += 0.0", "test_bodies.py::test_no_net_force_and_no_net_torque"),
+            ("the reaction of bending is dropped", "kept += force", "kept += 0.0", BODIES + "test_no_net_force_and_no_net_torque"),
             ("the start shape is not free of moments", "dot(n, h11) - rest[0]", "dot(n, h11)",
-             "test_bodies.py::test_start_state_is_free_of_moments"),
+             BODIES + "test_start_state_is_free_of_moments"),
             ("constant moments do not balance", "second += _balancing(", "second += 0.0 * _balancing(",
-             "test_curvature.py::test_constant_moments_balance_much_better_than_in_plain_least_squares"),
-            ("the bound of bending forgets the turning normal", "+ m[k] * all_c + c[k] * all_m", "", "test_curvature.py::test_bounds_are_those_of_the_plain_form"),
+             PY + "test_curvature.py::test_constant_moments_balance_much_better_than_in_plain_least_squares"),
+            ("the bound of bending forgets the turning normal", "+ m[k] * all_c + c[k] * all_m", "", PY + "test_curvature.py::test_bounds_are_those_of_the_plain_form"),
         ],
         "meshing.py": [
             ("a mesh is not scaled to its volume", "np.array(mesh.vertices) * (volume / mesh.volume) ** (1.0 / 3.0)", "np.array(mesh.vertices)",
              "test_meshing.py::test_sphere_is_closed_outward_and_of_exact_volume"),
             ("an inside-out mesh passes", "if not mesh.volume > 0.0:", "if False:", "test_meshing.py::test_bad_meshes_are_refused_with_the_reason"),
             ("edges do not grow away from the front", "front_edge + GROWTH * (arc - fine)", "front_edge + 0.0 * (arc - fine)", "test_meshing.py::test_edges_follow_the_gradation"),
-            ("another mesh in the file passes for that of the case", "if digest is not None and hashlib", "if False and hashlib", "test_start_shape.py"),
+            ("another mesh in the file passes for that of the case", "if digest is not None and hashlib", "if False and hashlib", "test_start_shape.py::test_content_of_the_mesh_decides_the_case_and_not_its_path test_start_shape.py::test_run_stores_the_digest_of_its_mesh"),
         ],
     },
     "Adhesion and contact": {
         "adhesion.py": [
             ("saturation is ignored in the traction", "bound = min(density, adhesion.ligand_ratio * ligands)", "bound = density",
-             "test_adhesion.py::test_traction_separation_law"),
+             PY + "test_adhesion.py::test_traction_separation_law"),
             ("saturation is ignored in the load", "else min(number, adhesion.ligand_ratio * ligands * area)", "else number",
-             "test_adhesion.py test_relaxation.py::test_result_does_not_depend_on_the_method_nor_on_the_start"),
+             PY + "test_adhesion.py"),
             ("frozen receptors follow the membrane", "pulling = area if adhesion.frozen else", "pulling = number if adhesion.frozen else",
-             "test_adhesion.py::test_frozen_receptors_pull_on_the_current_area_whatever_their_number"),
-            ("twice the integral of the linear law", "0.5 * law.cutoff * near * near", "law.cutoff * near * near", "test_adhesion.py"),
-            ("the double well's integral ends with its piece", "return law.beyond[k + 1] + 0.5", "return 0.5", "test_adhesion.py"),
+             PY + "test_adhesion.py::test_frozen_receptors_pull_on_the_current_area_whatever_their_number"),
+            ("twice the integral of the linear law", "0.5 * law.cutoff * near * near", "law.cutoff * near * near", PY + "test_adhesion.py"),
+            ("the double well's integral ends with its piece", "return law.beyond[k + 1] + 0.5", "return 0.5", PY + "test_adhesion.py"),
             ("the barrier attracts", "-section.barrier", "section.barrier",
-             "test_adhesion.py::test_double_well_attracts_repels_and_attracts"),
-            ("the steepest slope is the steepest rise", "np.max(np.abs(law.slope))", "np.max(law.slope)", "test_adhesion.py"),
-            ("the potential has the other sign", "return -full_load(", "return full_load(", "test_adhesion.py"),
-            ("half the adhesion work", "work += 0.5 * (before + after)", "work += 0.25 * (before + after)", "test_adhesion.py"),
+             PY + "test_adhesion.py::test_double_well_attracts_repels_and_attracts"),
+            ("the steepest slope is the steepest rise", "np.max(np.abs(law.slope))", "np.max(law.slope)", PY + "test_adhesion.py"),
+            ("the potential has the other sign", "return -full_load(", "return full_load(", PY + "test_adhesion.py"),
+            ("half the adhesion work", "work += 0.5 * (before + after)", "work += 0.25 * (before + after)", PY + "test_adhesion.py"),
             ("the drift has the other sign", "exponent[i] = drift_number", "exponent[i] = -drift_number",
-             "test_adhesion.py::TestLaws::test_drift_is_the_slope_of_the_exponent test_adhesion.py"),
+             PY + "test_adhesion.py"),
             ("the drift does not see the ligands", "adhesion.traction * ligands[i] * integral", "adhesion.traction * integral",
-             "test_adhesion.py"),
+             PY + "test_adhesion.py"),
             ("the law reaches beyond its cutoff", "return max(0.0, 1.0 - max(gap, 0.0) / law.cutoff)", "return 1.0 - max(gap, 0.0) / law.cutoff",
-             "test_adhesion.py"),
+             PY + "test_adhesion.py"),
             ("the border of a pattern lies inside it", "np.clip(0.5 + inside / section.blur", "np.clip(inside / section.blur",
-             "test_adhesion.py::test_border_is_straight_across_the_blur"),
-            ("a repulsed receptor counts as released", "number[i] * abs(shape(", "number[i] * (shape(", "test_adhesion.py"),
+             PY + "test_adhesion.py::test_border_is_straight_across_the_blur"),
+            ("a repulsed receptor counts as released", "number[i] * abs(shape(", "number[i] * (shape(", PY + "test_adhesion.py"),
         ],
         "substrate.py": [
-            ("contact pulls", "return touches(gap) and load <= 0.0", "return touches(gap)", "test_substrate.py"),
-            ("nodes pass the plane", "if gap + move < 0.0:", "if gap + move < -1.0:", "test_substrate.py"),
+            ("contact pulls", "return touches(gap) and load <= 0.0", "return touches(gap)", PY + "test_substrate.py"),
+            ("nodes pass the plane", "if gap + move < 0.0:", "if gap + move < -1.0:", PY + "test_substrate.py"),
             ("nodes on the plane are looked ahead off it", "np.where(touches(gaps(x)), 0.0, np.maximum(ahead, 0.0))", "np.maximum(ahead, 0.0)",
-             "test_substrate.py"),
+             PY + "test_substrate.py"),
         ],
         "body.py": [
             ("the membrane is not extended over its last edge", "max(straight, 1.0 - distance / length)", "straight",
-             "test_bodies.py::test_kink_of_a_meridian_is_found_inside_its_edge"),
+             BODIES + "test_kink_of_a_meridian_is_found_inside_its_edge"),
         ],
         "front.py": [
-            ("a displaced front turns triangles over", "np.clip(share, -most, most)", "share", "test_perturbation.py"),
+            ("a displaced front turns triangles over", "np.clip(share, -most, most)", "share", "test_perturbation.py::test_rim_of_the_contact_moves_along_its_radius_and_nothing_else"),
             ("a front is displaced outwards only", "rng.uniform(-largest, largest", "rng.uniform(0.0, largest",
              "test_perturbation.py::test_shares_are_uniform_and_follow_the_seed"),
             ("the angle of spreading is that of the contact", "np.multiply((ANGLE_AT, *ANGLES_AT), cutoff)", "np.multiply((0.0, *ANGLES_AT), cutoff)",
-             "test_front.py::test_front_shape_of_a_circular_turn"),
+             PY + "test_front.py::test_front_shape_of_a_circular_turn"),
         ],
     },
     "Receptors": {
@@ -151,14 +156,14 @@ TABLE = {
             ("the saturation of the drift is ignored", "bound = 1.0 if mean <= ligand_ratio * below else ligand_ratio * below / mean", "bound = 1.0",
              "test_receptors.py::test_saturated_zero_flux_state_has_the_slope_of_the_ligands"),
             ("the series of Bernoulli's function has a wrong sign", "1.0 - 0.5 * u + u * u / 12.0", "1.0 + 0.5 * u + u * u / 12.0",
-             "test_receptors.py::test_bernoulli_against_forty_digits"),
+             PY + "test_receptors.py::test_bernoulli_against_forty_digits"),
             ("receptors are lost on the way", "number[j] += flux", "number[j] += 0.999 * flux", "test_receptors.py::test_number_is_conserved_to_round_off"),
             ("what leaves a node arrives nowhere", "out[j] -= flux", "out[j] -= 0.0", "test_receptors.py::test_one_step_agrees_with_a_sparse_direct_solution"),
             ("the elimination along a meridian is wrong", "own[i] = area[i] + back * own[i - 1] / pivot", "own[i] = area[i] + back",
              "test_receptors.py::test_one_step_agrees_with_a_sparse_direct_solution"),
             ("saturation is not iterated", "if not saturated or largest(before)", "if True or largest(before)",
-             "test_receptors.py::test_saturated_zero_flux_state_has_the_slope_of_the_ligands stability/test_receptor_limits.py"),
-            ("a failing solution passes", "return np.isfinite(c[0])", "return True", "stability/test_receptor_limits.py"),
+             PY + "stability/test_receptor_limits.py::test_saturation_is_iterated_to_convergence_just_outside_of_it " + CHAIN),
+            ("a failing solution passes", "return np.isfinite(c[0])", "return True", PY + "stability/test_receptor_limits.py::test_what_is_not_a_number_is_reported"),
             ("nodes go empty", "if not (abs(r[i]) <= target and abs(r[i]) <= 0.5 * abs(number[i])):", "if not abs(r[i]) <= target:",
              "test_receptors.py::test_density_stays_positive_at_any_cell_peclet_number_and_step"),
         ],
@@ -166,32 +171,32 @@ TABLE = {
     "Balance": {
         "balance.py": [
             ("the drag is missing", "nodal[i, k] -= drag * (x[i, k]", "nodal[i, k] -= 0.0 * drag * (x[i, k]",
-             "test_balance.py::test_tangent_is_the_second_derivative_of_the_potential"),
+             PY + "test_balance.py::test_tangent_is_the_second_derivative_of_the_potential"),
             ("adhesion pushes", "nodal[i, z] -= adhesion_load(", "nodal[i, z] += adhesion_load(",
-             "test_balance.py::test_tangent_is_the_second_derivative_of_the_potential"),
+             PY + "test_balance.py::test_tangent_is_the_second_derivative_of_the_potential"),
             ("the drag has twice its potential", "potential += 0.5 * balance.viscosity", "potential += balance.viscosity",
-             "test_balance.py::test_tangent_is_the_second_derivative_of_the_potential"),
+             PY + "test_balance.py::test_tangent_is_the_second_derivative_of_the_potential"),
             ("the mass forgets the drag", "bound[i] = bound[i] + balance.viscosity * body.reference_area[i] + softening",
-             "bound[i] = bound[i] + softening", "test_balance.py test_relaxation.py"),
+             "bound[i] = bound[i] + softening", PY + "test_balance.py::test_mass_is_above_the_stiffness_of_drag_and_adhesion"),
             ("the mass forgets the adhesion", "+ balance.viscosity * body.reference_area[i] + softening", "+ balance.viscosity * body.reference_area[i]",
-             "test_balance.py test_relaxation.py"),
+             PY + "test_balance.py::test_mass_is_above_the_stiffness_of_drag_and_adhesion"),
             ("the tolerance follows the membrane's stiffness", "return balance.adhesion.traction if", "return balance.adhesion.traction + balance.body.shear_modulus if",
-             "test_balance.py"),
+             PY + "test_balance.py::test_residuals_are_measured_against_the_traction"),
             ("the tangent forgets the pressure", "change += side * (scratch.nodal[:, :d] + pressure * scratch", "change += side * (scratch.nodal[:, :d] + 0.0 * scratch",
-             "test_balance.py::test_tangent_against_dense_differences"),
+             PY + "test_balance.py::test_tangent_against_dense_differences[axisymmetric-membrane-held]"),
         ],
         "relaxation.py": [
             ("half the pressure closes the volume", "return (missing_volume - flow) / mobility", "return 0.5 * (missing_volume - flow) / mobility", BALANCED),
             ("half the pressure moves the nodes", "force = nodal[i, k] + pressure * nodal[i, d + k]", "force = nodal[i, k] + 0.5 * pressure * nodal[i, d + k]", BALANCED),
-            ("the volume after the last move is not asked for", "and not has_volume(balance, x, scratch)", "and False", "test_relaxation.py"),
-            ("a stall passes for a balance", "status = STALLED if last", "status = CONVERGED if last", "stability/test_fictitious_mass.py::test_one_iteration_too_few_is_a_stall"),
-            ("an explosion is not noticed", "if not (residual < _EXPLODED and np.isfinite(volume)):", "if False:", "test_relaxation.py::test_too_light_a_membrane_is_a_divergence test_relaxation.py::test_not_a_number_is_a_divergence_at_once"),
-            ("too light a mass", "scratch.mass[:] *= 0.25", "scratch.mass[:] *= 0.1", "stability/test_fictitious_mass.py"),
-            ("the damping is not centred in time", "keep, gain = (2.0 - damping) / (2.0 + damping), 2.0 / (2.0 + damping)", "keep, gain = 1.0 - damping, 1.0", "stability/test_fictitious_mass.py"),
-            ("a failed relaxation is not tried with more mass", "_HEAVIER = (1.0, 4.0, 16.0)", "_HEAVIER = (1.0,)", "test_relaxation.py"),
+            ("the volume after the last move is not asked for", "and not has_volume(balance, x, scratch)", "and False", PY + "test_relaxation.py::test_a_solution_has_its_volume_however_loose_the_tolerance"),
+            ("a stall passes for a balance", "status = STALLED if last", "status = CONVERGED if last", PY + "stability/test_fictitious_mass.py::test_one_iteration_too_few_is_a_stall[axisymmetric]"),
+            ("an explosion is not noticed", "if not (residual < _EXPLODED and np.isfinite(volume)):", "if False:", PY + "test_relaxation.py::test_not_a_number_is_a_divergence_at_once[axisymmetric]"),
+            ("too light a mass", "scratch.mass[:] *= 0.25", "scratch.mass[:] *= 0.1", PY + INSIDE),
+            ("the damping is not centred in time", "keep, gain = (2.0 - damping) / (2.0 + damping), 2.0 / (2.0 + damping)", "keep, gain = 1.0 - damping, 1.0", PY + INSIDE),
+            ("a failed relaxation is not tried with more mass", "_HEAVIER = (1.0, 4.0, 16.0)", "_HEAVIER = (1.0,)", PY + "test_relaxation.py::test_a_relaxation_that_fails_is_tried_with_more_mass"),
         ],
         "newton.py": [
-            ("the tangent is twice as stiff", "/ (2.0 * nudge[i])", "/ nudge[i]", "test_balance.py::test_banded_tangent_of_a_meridian_is_the_same"),
+            ("the tangent is twice as stiff", "/ (2.0 * nudge[i])", "/ nudge[i]", PY + "test_balance.py::test_banded_tangent_of_a_meridian_is_the_same"),
         ],
     },
     "Coupling step": {
@@ -199,20 +204,20 @@ TABLE = {
             ("the dissipation has the other sign", "return worked, np.sum(", "return worked, -np.sum(", LEDGER),
             ("half the adhesion work", "state.adhesion_work + worked", "state.adhesion_work + 0.5 * worked", LEDGER),
             ("the dissipation is that of the last step", "dissipation=state.dissipation + dissipated", "dissipation=dissipated", LEDGER),
-            ("order 2 is order 1", "self.case.time.order == 2 and started", "False", "test_spreading.py"),
-            ("steps of unequal length are taken for equal", "w = dt / dt_before", "w = 1.0", "test_spreading.py"),
-            ("the receptors move on the membrane of before", "ahead if second_order else state.x", "state.x", "test_spreading.py"),
+            ("order 2 is order 1", "self.case.time.order == 2 and started", "False", "test_spreading.py::test_second_order_is_nearer_to_short_steps"),
+            ("steps of unequal length are taken for equal", "w = dt / dt_before", "w = 1.0", "test_spreading.py::test_backward_differences_are_exact_for_polynomials_of_their_order"),
+            ("the receptors move on the membrane of before", "ahead if second_order else state.x", "state.x", "test_spreading.py::test_receptors_of_order_2_move_on_the_membrane_seen_ahead"),
             ("the drag forgets the length of the step", "self.case.drag / rate.step,", "self.case.drag,", LEDGER),
-            ("the density is uneven in no mode", "amplitude * np.cos(self.case.perturbation.mode * angle)", "amplitude * np.cos(angle)", "test_spreading.py test_perturbation.py"),
-            ("frozen receptors thin out", "number=area if self.adhesion.frozen else number", "number=number", "test_spreading.py"),
-            ("a landing with the inner side down passes", "if area_facing_away(self.body.topology, solution.x, 0.0) > 0.0:", "if False:", "test_spreading.py"),
-            ("the step is blind to the receptors", "abs(seen / came - 1.0) if came > 0.0 else 0.0", "0.0", "test_spreading.py"),
+            ("the density is uneven in no mode", "amplitude * np.cos(self.case.perturbation.mode * angle)", "amplitude * np.cos(angle)", "test_spreading.py::test_uneven_density_has_its_mode"),
+            ("frozen receptors thin out", "number=area if self.adhesion.frozen else number", "number=number", "test_spreading.py::test_frozen_receptors_keep_their_density"),
+            ("a landing with the inner side down passes", "if area_facing_away(self.body.topology, solution.x, 0.0) > 0.0:", "if False:", "test_spreading.py::test_a_landing_with_the_inner_side_down_is_no_balance"),
+            ("the step is blind to the receptors", "abs(seen / came - 1.0) if came > 0.0 else 0.0", "0.0", "test_spreading.py::test_the_step_is_controlled_by_the_receptors_in_reach"),
             ("negative densities are stepped from", "if number.min() <= 0.0:", "if False:", "stability/test_coupling_step.py::test_second_order_falls_back_to_first_where_it_would_go_negative"),
-            ("clipped conductances are not told", "clipped_edges=clipped", "clipped_edges=0", "test_spreading.py"),
+            ("clipped conductances are not told", "clipped_edges=clipped", "clipped_edges=0", "test_spreading.py::test_clipped_conductances_are_told"),
             ("a displaced front goes on with order 2", "volume=volume, steps=0)", "volume=volume)", "test_perturbation.py::test_motion_begins_anew_and_receptors_stay"),
             ("a displaced front takes its receptors along", "number_before=state.number, area=area", "number_before=area, area=area", "test_perturbation.py::test_motion_begins_anew_and_receptors_stay"),
             ("a state of another mesh is taken", 'stored.pop("mesh", None) != self.mesh_checksum or', 'stored.pop("mesh", None) and', "test_run.py::test_state_of_another_mesh_is_refused_with_the_remedy"),
-            ("folded membrane is that beyond the cutoff", "BINDING_GAP * self.case.adhesion.cutoff)", "0.0)", "test_folding.py test_spreading.py"),
+            ("folded membrane is that beyond the cutoff", "BINDING_GAP * self.case.adhesion.cutoff)", "0.0)", "test_spreading.py::test_folded_membrane_is_what_is_bound_upside_down"),
         ],
     },
     "Steps, events and steadiness": {
@@ -224,7 +229,7 @@ TABLE = {
             ("steps grow without bound", "wanted = min(wanted, max(LONGEST_STEP * until, first))", "pass", "test_stepping.py"),
             ("folds are not looked for", "        _check_fold(sim, state)\n        yield", "        yield", "test_stepping.py"),
             ("a steady scene does not wait for its displacement", "state.time <= case.perturbation.at:", "False:", "test_perturbation.py::test_steady_scene_waits_for_its_displacement"),
-            ("the front is never displaced", "return sim.displace_front(state)", "return state", "test_perturbation.py"),
+            ("the front is never displaced", "return sim.displace_front(state)", "return state", "test_perturbation.py::test_motion_begins_anew_and_receptors_stay"),
             ("steps miss the frames", "return mark if steps <= 1 else", "return time + (mark - time) * 0.999 if steps <= 1 else", "test_stepping.py"),
             ("the advice shortens steps that are auto", '"shorter steps did not help" if adaptive', '"reduce time.step" if adaptive', "test_stepping.py"),
         ],
@@ -236,7 +241,7 @@ TABLE = {
             ("the unit of the pressure", '"pressure", "kT/a0^3"', '"pressure", "kT/a0^2"', "test_diagnostics.py"),
             ("the unit of the time", '"time", "a0^2/D"', '"time", "s"', "test_diagnostics.py"),
             ("all within the cutoff is bound", "level = BINDING_GAP * self.sim.case.adhesion.cutoff", "level = self.sim.case.adhesion.cutoff", "test_diagnostics.py"),
-            ("what folds is bound", "return area - area_facing_away(self.sim.body.topology, self.x, level), radius", "return area, radius", "test_diagnostics.py test_folding.py"),
+            ("what folds is bound", "return area - area_facing_away(self.sim.body.topology, self.x, level), radius", "return area, radius", "test_diagnostics.py::test_membrane_that_is_folded_is_not_bound"),
             ("the believed error forgets the mesh", "min(1.0, mesh + step", "min(1.0, step", "test_diagnostics.py"),
             ("the believed error forgets the scouts", "mesh = case.mesh.difficulty * error", "mesh = error", "test_diagnostics.py"),
             ("bound membrane counts as free", "np.flatnonzero(~touches(gap.min(axis=1)))", "np.arange(len(gap))", "test_diagnostics.py"),
@@ -252,16 +257,15 @@ TABLE = {
     },
     "Planning": {
         "budget.py": [
-            ("the shares of mesh and step are exchanged", '"mesh": 0.4, "step": 0.5', '"mesh": 0.5, "step": 0.4', "test_planning.py"),
-            ("the tolerance is ten times looser", "/ TOLERANCE_ERROR  #", "/ TOLERANCE_ERROR * 10.0  #", "test_planning.py test_case.py"),
+            ("the shares of mesh and step are exchanged", '"mesh": 0.4, "step": 0.5', '"mesh": 0.5, "step": 0.4', "test_planning.py::test_the_wish_is_shared_out"),
+            ("the tolerance is ten times looser", "/ TOLERANCE_ERROR  #", "/ TOLERANCE_ERROR * 10.0  #", "test_planning.py::test_the_wish_is_shared_out"),
         ],
         "planning.py": [
-            ("scouts are not repeated finer", "if coarser and edge <= resolves * REFINEMENT and", "if coarser and", "test_planning.py"),
-            ("scouts are coarser than the cutoff", "case.adhesion.cutoff / EDGES_A_CUTOFF), case", "case.adhesion.cutoff), case", "test_planning.py"),
-            ("the fine zone does not follow the front", "fine = fine if seen.reach < fine else", "fine = fine if True else", "test_planning.py"),
-            ("a scout that fails is given up", "if failures == _FAILURES:", "if True:", "test_planning.py"),
-            ("bending is left out under compression", "< BENDING_SHARE * case.accuracy and not slack", "< BENDING_SHARE * case.accuracy", "test_planning.py"),
-            ("bending is left out whatever its effect", "if effect < BENDING_SHARE * case.accuracy", "if True", "test_planning.py"),
+            ("scouts are not repeated finer", "edge <= resolves * REFINEMENT", "True", "test_planning.py::test_scouts_resolve_cutoff_and_front_and_come_in_pairs"),
+            ("scouts are coarser than the cutoff", "case.adhesion.cutoff / EDGES_A_CUTOFF), case", "case.adhesion.cutoff), case", "test_planning.py::test_scouts_resolve_cutoff_and_front_and_come_in_pairs"),
+            ("a scout that fails is given up", "if failures == _FAILURES:", "if True:", "test_planning.py::test_a_scout_without_a_balance_is_repeated_finer"),
+            ("bending is left out under compression", "< BENDING_SHARE * case.accuracy and not slack", "< BENDING_SHARE * case.accuracy", "test_planning.py::test_bending_stays_where_the_pure_membrane_is_slack"),
+            ("bending is left out whatever its effect", "if effect < BENDING_SHARE * case.accuracy", "if True", "test_planning.py::test_bending_is_kept_where_its_effect_exceeds_the_wish"),
             ("a meridian says nothing of compression", "if tension >= -COMPRESSION * case.membrane.shear_modulus:", "if True:", "test_planning.py::test_only_a_meridian_under_compression_notes_it"),
             ("a scene without axis is run as a meridian", 'model = ("surface" if broken else "axisymmetric")', 'model = ("axisymmetric")', "test_perturbation.py::test_auto_takes_a_surface"),
         ],
@@ -287,11 +291,11 @@ TABLE = {
     },
     "Damage": {
         "files.py": [
-            ("a damaged image is read", "if content[:_MARK_LINE] != _MARK", "if False and content[:_MARK_LINE] != _MARK", "test_storage.py faults/test_damage.py"),
+            ("a damaged image is read", "if content[:_MARK_LINE] != _MARK", "if False and content[:_MARK_LINE] != _MARK", "test_storage.py::test_damaged_checkpoint_gives_way_to_the_one_before"),
         ],
         "storage.py": [
             ("the checksum of the history is not compared", "if files.checksum(content[: marks.history_size]) != marks.history_checksum:", "if False:", "faults/test_damage.py::test_one_changed_digit_before_the_checkpoint_is_seen"),
-            ("the checksums of the frames are not compared", "if _frames_checksum(self._written) != marks.frames_checksum:", "if False:", FREELY + " faults/test_damage.py"),
+            ("the checksums of the frames are not compared", "if _frames_checksum(self._written) != marks.frames_checksum:", "if False:", FREELY + " faults/test_damage.py::test_swapped_and_damaged_parts_of_a_finished_run_are_seen"),
             ("the status is believed without its checksum", 'whole = files.checksum(body.encode()) + "\\n" == last', "whole = True", "test_storage.py " + FREELY),
             ("no earlier checkpoint is kept", "kept_as=self.checkpoint_previous.name", "kept_as=None", "test_storage.py::test_damaged_checkpoint_gives_way_to_the_one_before"),
             ("history after the checkpoint stays", "self.history_file.name, content[: marks.history_size])\n        self._remove", "self.history_file.name, content)\n        self._remove", SAME_BITS + " test_storage.py"),
@@ -299,11 +303,11 @@ TABLE = {
             ("half a row is read", "if len(values) != len(columns):\n                break", "if False:\n                break", "test_storage.py::test_half_a_row_is_passed_over_and_dropped"),
             ("numbers of the history are rounded", "repr(int(v) if isinstance(v, (int, np.integer)) else float(v))", "f'{float(v):.12g}'", "test_storage.py::test_history_reads_back_to_the_same_bits"),
             ("a frame of another mesh is stored", "if self._written and files.checksum(connectivity.tobytes()) != self._written[0].mesh:", "if False:", "test_storage.py::test_frame_of_another_mesh_is_refused_and_leaves_the_file_as_it_was"),
-            ("a damaged picture stays", "files.remove_file(self.path, self.summary_file.name)\n", "pass\n", FREELY + " faults/test_damage.py"),
-            ("series of a finished run are not mended", "if not file.is_file() or file.read_bytes() != content:", "if False:", FREELY + " faults/test_damage.py"),
+            ("a damaged picture stays", "files.remove_file(self.path, self.summary_file.name)\n", "pass\n", FREELY + " faults/test_damage.py::test_swapped_and_damaged_parts_of_a_finished_run_are_seen"),
+            ("series of a finished run are not mended", "if not file.is_file() or file.read_bytes() != content:", "if False:", FREELY + " faults/test_damage.py::test_swapped_and_damaged_parts_of_a_finished_run_are_seen"),
         ],
         "run.py": [
-            ("a finished run is not verified", "directory.verify(directory.finished_marks())", "directory._written = directory._read_frames(None)", FREELY + " faults/test_damage.py"),
+            ("a finished run is not verified", "directory.verify(directory.finished_marks())", "directory._written = directory._read_frames(None)", FREELY + " faults/test_damage.py::test_swapped_and_damaged_parts_of_a_finished_run_are_seen"),
         ],
         "batch.py": [
             ("a batch gives a damaged run up", "return run(restart=True)", "raise", "faults/test_damage.py::test_a_batch_computes_anew_what_cannot_go_on"),
@@ -312,16 +316,16 @@ TABLE = {
     "Checkpoints and the end of a run": {
         "run.py": [
             ("the last state is no frame", "if state.time in case.output.frames or done:", "if state.time in case.output.frames:", "faults/test_foreign.py::test_last_state_is_always_a_frame"),
-            ("no checkpoint at the end", "        directory.write_checkpoint(sim.stored(state))\n        if failure:", "        if failure:", "test_run.py"),
-            ("checkpoints by the hour", "60 * case.output.checkpoint_minutes", "3600 * (1 + case.output.checkpoint_minutes)", "test_run.py"),
+            ("no checkpoint at the end", "        directory.write_checkpoint(sim.stored(state))\n        if failure:", "        if failure:", SAME_BITS),
+            ("checkpoints by the hour", "60 * case.output.checkpoint_minutes", "3600 * (1 + case.output.checkpoint_minutes)", "test_run.py::test_checkpoints_are_written_on_the_way"),
             ("an interrupted run is called finished", "elif reason:\n            settle(\"interrupted\"", "elif False:\n            settle(\"interrupted\"", "test_run.py::test_interrupted_run_goes_on_to_the_same_bits"),
             ("a run without a balance is called finished", "        if failure:\n            settle", "        if False:\n            settle", "test_run.py::test_failed_relaxation_is_an_outcome_with_the_last_good_state_kept"),
             ("frames after the rest are missing", "    for t in left:\n", "    for t in []:\n", "faults/test_foreign.py::test_resting_state_stands_for_the_frames_after_it"),
             ("the largest volume error is the last one", "np.max(np.abs(history[column]))", "abs(history[column][-1])", "test_run.py::test_outcome_tells_the_figures_of_the_history"),
             ("a checkpoint is not gone on from", "    if checkpoint is None:\n", "    if True:\n", SAME_BITS),
-            ("a wish that is missed is not told before the run", "for sentence in [*case.warnings(), *missed_wish(case)]:", "for sentence in case.warnings():", "test_run.py"),
-            ("a wish that is missed is not told after the run", "notes += missed_wish(case, history)", "pass", "test_run.py"),
-            ("a believed error above the wish is not told", "if believed > case.accuracy * _ROUNDED:", "if False:", "test_run.py"),
+            ("a wish that is missed is not told before the run", "for sentence in [*case.warnings(), *missed_wish(case)]:", "for sentence in case.warnings():", "test_run.py::test_mesh_and_step_that_cannot_keep_the_wish_are_told_before_a_run"),
+            ("a wish that is missed is not told after the run", "notes += missed_wish(case, history)", "pass", NOTES),
+            ("a believed error above the wish is not told", "if believed > case.accuracy * _ROUNDED:", "if False:", NOTES),
         ],
     },
     "Stale or foreign": {
@@ -376,7 +380,7 @@ TABLE = {
         ],
         "batch.py": [
             ("a stopped batch begins another case", "    if reason := stop():\n", "    if reason := None:\n", "test_batch.py::test_a_stopped_batch_begins_nothing"),
-            ("workers go on without their batch", 'return "the end of its batch"', "return None", "test_batch.py"),
+            ("workers go on without their batch", 'return "the end of its batch"', "return None", "test_batch.py::test_the_end_of_a_batch_stops_its_workers"),
             ("a scheduler without workers is not told", "if time.monotonic() < self._next_look:", "if True:", "faults/test_interrupts.py::test_scheduler_without_workers_is_told_and_hears_an_interrupt"),
             ("a worker that died is not replaced", "                    worker.renew()\n", "", "test_batch.py::test_case_whose_process_dies_again_and_again_is_given_up"),
         ],
@@ -387,7 +391,7 @@ TABLE = {
             ("a file goes over --set", 'levels.append(_Level("--set ", _together(sets)))', 'levels.insert(0, _Level("--set ", _together(sets)))', "test_case_file.py::test_overrides_replace_add_and_are_read_as_yaml"),
             ("what gave way is not told", "    for key, sentence in notes:\n", "    for key, sentence in []:\n", GIVE_WAY),
             ("a stored case forgets its defaults", "if scene.defaults is not None else case", "if False else case", "test_case_file.py::test_a_stored_case_keeps_the_defaults_it_was_stored_with"),
-            ("a sweep ignores --set", "levels = [*below, one, *above]", "levels = [*below, one]", "test_case_file.py test_batch.py::test_files_and_their_sweeps_become_cases"),
+            ("a sweep ignores --set", "levels = [*below, one, *above]", "levels = [*below, one]", "test_batch.py::test_files_and_their_sweeps_become_cases test_case_file.py::test_a_sweep_is_every_combination"),
         ],
         "case.py": [
             ("the less specific of mobility and drift number wins", "drop(min(mobility, drift_number, key=rank))", "drop(max(mobility, drift_number, key=rank))", "test_case_file.py::test_of_mobility_and_drift_number_the_more_specific_wins"),
@@ -410,7 +414,7 @@ TABLE = {
         "case.py": [
             ("unknown keys are passed over", 'extra="forbid"', 'extra="ignore"', "test_case_file.py::test_refusals_name_file_key_value_and_remedy"),
             ("not a number is a number", "allow_inf_nan=False, validate_default=True", "allow_inf_nan=True, validate_default=True", "test_case_file.py::test_refusals_name_file_key_value_and_remedy"),
-            ("numbers may be so small that they vanish", "if 0 < value < least:", "if False:", "faults/test_case_inputs.py test_case.py"),
+            ("numbers may be so small that they vanish", "if 0 < value < least:", "if False:", "faults/test_case_inputs.py::test_pairs_of_extreme_values test_case.py::test_the_limits_leave_finite_numbers"),
             ("a modulus has no upper limit", "1.81, le=1e12,", "1.81,", "test_case.py::test_the_limits_leave_finite_numbers"),
         ],
         "case_file.py": [
@@ -440,7 +444,7 @@ TABLE = {
             ("an --out that is a file is not noticed", "        if not above.is_dir():\n", "        if False:\n", "faults/test_neighbours.py::test_out_that_is_a_file_is_told_before_anything_else"),
         ],
         "batch.py": [
-            ("what another batch computes has failed", 'outcome = Outcome("elsewhere", "another', 'outcome = Outcome("failed", "another', "test_batch.py"),
+            ("what another batch computes has failed", 'outcome = Outcome("elsewhere", "another', 'outcome = Outcome("failed", "another', "test_batch.py::test_what_another_process_computes_is_elsewhere"),
             ("two cases of a batch share a directory", "        if len(paths) > 1\n", "        if False\n", "test_batch.py::test_every_fault_is_told_before_anything_runs"),
         ],
         "interrupts.py": [
