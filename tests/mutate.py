@@ -5,8 +5,8 @@
 The table is tests/mutations.py. Each mutation is applied to a scratch copy of the tree, never to the tree itself, and
 the tests that are named with it, those under `verify` left out, must fail at one of them at least. The exit status is 1
 where a mutation survives, where the text to be replaced does not stand exactly once in its file, or where the tests
-named do not pass without the mutation. With -k, which takes a part of what is broken or of the name of a file, the page
-stays as it is.
+named do not pass without the mutation. With -k, which takes a part of what is broken or of the name of a file, the other
+lines of the page stay as they are.
 """
 
 import argparse
@@ -136,6 +136,13 @@ def is_setting(word):
     return re.fullmatch(r"[A-Z_]+=\S+", word) is not None
 
 
+def stored(page):
+    """What the file ``page`` says of each mutation of the table: the test that saw it, or None."""
+    rows = re.findall(r"^\| (.+) \| `(\w+\.py)` \| `(\S+)` \|$", page.read_text(encoding="utf-8") if page.exists() else "", re.MULTILINE)
+    found = {(what, file): test for what, file, test in rows}
+    return {mutation: found.get((mutation.what, mutation.file)) for mutation in mutations()}
+
+
 def page(seen):
     """The page, as text; ``seen`` maps each mutation to the test that saw it, or None."""
     lines = [PAGE.format(caught=sum(map(bool, seen.values())), all=len(seen))]
@@ -152,7 +159,7 @@ def page(seen):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("page", type=Path, nargs="?", help="page to write, where every mutation was tried")
+    parser.add_argument("page", type=Path, nargs="?", help="page to write")
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="processes side by side (default: 2)")
     parser.add_argument("-k", default="", metavar="NAME", help="only those with this in their words or file")
     arguments = parser.parse_args()
@@ -194,8 +201,8 @@ def main():
     print(f"{len(chosen) - len(survivors)} of {len(chosen)} mutations are seen ({time.monotonic() - began:.0f} s).")
     for mutation in survivors:
         print(f"survives: {mutation.file}: {mutation.what}")
-    if arguments.page and not arguments.k:
-        arguments.page.write_text(page(seen), encoding="utf-8")
+    if arguments.page:
+        arguments.page.write_text(page(stored(arguments.page) | seen), encoding="utf-8")
     raise SystemExit(bool(survivors))
 
 
