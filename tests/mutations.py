@@ -21,7 +21,7 @@ YAML_NUMBERS = "test_case_file.py::test_numbers_are_those_of_yaml_1_2"
 CONTINUED = "test_case.py::test_what_may_change_when_a_run_goes_on"
 DISK_FULL = "faults/test_write_errors.py::test_disk_full_at_any_call"
 SAME_BITS = "test_run.py::test_interrupted_run_goes_on_to_the_same_bits"
-BALANCED = PY + "test_relaxation.py::test_contact_is_complementary_and_the_volume_exact[axisymmetric-viscous-drag]"
+VOLUME = PY + "test_relaxation.py::test_one_iteration_closes_the_volume_to_first_order"
 LEDGER = "test_spreading.py::test_energy_is_balanced"
 INSIDE = "stability/test_fictitious_mass.py::test_just_inside_the_critical_mass[axisymmetric-membrane-viscous]"
 SYNCS = "test_files.py"
@@ -163,8 +163,7 @@ TABLE = {
             ("saturation is not iterated", "if not saturated or largest(before)", "if True or largest(before)",
              PY + "stability/test_receptor_limits.py::test_a_saturated_step_solves_the_equation_of_its_own_end"),
             ("a failing solution passes", "return np.isfinite(c[0])", "return True", PY + "stability/test_receptor_limits.py::test_what_is_not_a_number_is_reported"),
-            ("nodes go empty", "if not (abs(r[i]) <= target and abs(r[i]) <= 0.5 * abs(number[i])):", "if not abs(r[i]) <= target:",
-             "test_receptors.py::test_density_stays_positive_at_any_cell_peclet_number_and_step"),
+            ("nodes go empty", "if number[i] <= 0.0:  # rounding", "if False:  # rounding", "test_receptors.py::test_density_stays_positive_at_any_cell_peclet_number_and_step"),
         ],
     },
     "Balance": {
@@ -185,8 +184,8 @@ TABLE = {
              PY + "test_balance.py::test_tangent_against_dense_differences[axisymmetric-membrane-held]"),
         ],
         "relaxation.py": [
-            ("half the pressure closes the volume", "return (missing_volume - flow) / mobility", "return 0.5 * (missing_volume - flow) / mobility", BALANCED),
-            ("half the pressure moves the nodes", "force = nodal[i, k] + pressure * nodal[i, d + k]", "force = nodal[i, k] + 0.5 * pressure * nodal[i, d + k]", BALANCED),
+            ("half the pressure closes the volume", "return (missing_volume - flow) / mobility", "return 0.5 * (missing_volume - flow) / mobility", VOLUME),
+            ("half the pressure moves the nodes", "force = nodal[i, k] + pressure * nodal[i, d + k]", "force = nodal[i, k] + 0.5 * pressure * nodal[i, d + k]", VOLUME),
             ("the volume after the last move is not asked for", "and not has_volume(balance, x, scratch)", "and False", PY + "test_relaxation.py::test_a_solution_has_its_volume_however_loose_the_tolerance"),
             ("a stall passes for a balance", "status = STALLED if last", "status = CONVERGED if last", PY + "stability/test_fictitious_mass.py::test_one_iteration_too_few_is_a_stall[axisymmetric]"),
             ("an explosion is not noticed", "if not (residual < _EXPLODED and np.isfinite(volume)):", "if False:", PY + "test_relaxation.py::test_not_a_number_is_a_divergence_at_once[axisymmetric]"),
