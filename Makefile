@@ -5,7 +5,7 @@ READY := $(VENV)/ready
 SCRIPTS := $(filter-out looks,$(sort $(patsubst plots/%.py,%,$(wildcard plots/*.py))))
 FIGURES := $(filter figure%,$(SCRIPTS))
 
-.PHONY: run test verify faults figures promise $(SCRIPTS) clean
+.PHONY: run test verify faults mutate figures promise $(SCRIPTS) clean
 .NOTPARALLEL:
 
 run: $(READY)
@@ -17,8 +17,13 @@ test: $(READY)
 
 # Errors of the disk, damage, interrupts, neighbours and inputs, all of them; says how many were tried.
 faults: $(READY)
-	$(VENV)/bin/python -m pytest -q tests/faults -p no:xdist
+	$(VENV)/bin/python -m pytest -q tests/faults -p no:xdist --tried tests/faults/tried.csv
+	$(VENV)/bin/python benchmarks/storage.py quick --csv tests/faults/cost.csv
 	$(VENV)/bin/python tests/faults/table.py docs/faults.md
+
+# The sources broken in one place at a time, in a copy: does a fast test see it? docs/mutations.md.
+mutate: $(READY)
+	$(VENV)/bin/python tests/mutate.py docs/mutations.md --jobs $(or $(JOBS),2) $(if $(NAME),-k "$(NAME)")
 
 # Those of tests/faults belong to make faults.
 verify: $(READY)

@@ -1,9 +1,12 @@
 """What safety costs: the share of a run's time that goes into checksums and syncs, and what the n-th frame costs.
 
-Use: python benchmarks/storage.py [CASE]      (default: quick, a shipped case or a file)
+Use: python benchmarks/storage.py [CASE] [--csv FILE]      (default: quick, a shipped case or a file)
+
+With --csv the shares go to a table, for docs/faults.md, and the n-th frame is not tried.
 """
 
-import sys
+import argparse
+import csv
 import tempfile
 import time
 import warnings
@@ -36,7 +39,7 @@ class Clock:
         return timed
 
 
-def main(name):
+def main(name, file=None):
     warnings.simplefilter("ignore")
     case = load_case(name)
     checksums, syncs, checkpoints, frames = Clock(), Clock(), Clock(), Clock()
@@ -56,6 +59,14 @@ def main(name):
         for what, clock in (("checksums", checksums), ("syncs", syncs), ("checkpoints, all of each", checkpoints),
                             ("frames, all of each", frames)):  # fmt: skip
             print(f"  {what:<26} {clock.calls:5d} calls  {clock.seconds:8.4f} s  {clock.seconds / total:7.2%} of the run")
+        if file is not None:
+            cost = {
+                "case": case.name, "steps": outcome.steps, "frames": frames.calls, "checkpoints": checkpoints.calls,
+                "seconds": f"{total:.2g}", "checksums": f"{checksums.seconds / total:.2g}", "syncs": f"{syncs.seconds / total:.2g}",
+            }  # fmt: skip
+            with open(file, "w", newline="", encoding="utf-8") as out:
+                csv.writer(out, lineterminator="\n").writerows([cost.keys(), cost.values()])
+            return
         last = directory(Path(folder) / "run").frames()[-1]
         many = directory(Path(folder) / "many")
         costs = []
@@ -71,4 +82,8 @@ def main(name):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1] if len(sys.argv) > 1 else "quick")
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("case", nargs="?", default="quick", metavar="CASE")
+    parser.add_argument("--csv", type=Path, metavar="FILE")
+    arguments = parser.parse_args()
+    main(arguments.case, arguments.csv)

@@ -141,3 +141,17 @@ def test_border_is_straight_across_the_blur():
     section = Ligands(pattern="disc", width=0.4, blur=0.1)
     r = np.array([0.14, 0.175, 0.2, 0.225, 0.26])
     assert adhesion.ligand_density(section, np.stack([r, 0.0 * r], axis=1)) == pytest.approx([1.0, 0.75, 0.5, 0.25, 0.0])
+
+
+def test_the_drift_sees_the_ligands_and_is_stronger_where_they_are_denser():
+    x, phi = np.array([[0.1, 0.02], [0.1, 0.02]]), np.zeros(2)
+    adhesion.set_boltzmann_exponents(17.5, LAW, np.array([1.0, 0.25]), x, phi)
+    assert phi == pytest.approx(17.5 * 2.0 * 0.05 * 0.8**2 * np.array([1.0, 0.25]), rel=1e-13)
+
+
+def test_receptors_in_reach_count_by_the_share_of_the_traction_whatever_its_sign():
+    """Linear: 1 and 1/4 of the range; double well: in the middle of the barrier, which repels by half the traction."""
+    x, number = np.array([[0.1, 0.0], [0.1, 0.075], [0.1, 0.2]]), np.array([1.0, 2.0, 4.0])
+    assert adhesion.bound_receptors(LAW, number, x) == pytest.approx(1.0 + 2.0 * 0.25, rel=1e-13)
+    well = LAWS["double_well"](Adhesion(law="double_well", cutoff=0.2, well=0.2, barrier=0.5, tail=0.1))
+    assert adhesion.bound_receptors(LAW._replace(law=well), np.ones(1), np.array([[0.1, 0.08]])) == pytest.approx(0.5, rel=1e-12)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from measure import BODIES, balance_of, forces, shaken, sphere
 
-from vesdyn.balance import allocate, apart, incremental_potential, set_forces, tangent
+from vesdyn.balance import allocate, apart, force_scale, incremental_potential, set_forces, set_stiffness_bound, tangent
 from vesdyn.body import neighbours
 from vesdyn.newton import BANDS, set_tangent
 
@@ -116,3 +116,23 @@ def test_neighbours_are_the_nodes_whose_forces_change(model, thickness):
     assert np.mean(felt[pattern]) > 0.95  # and hardly more: a pole's r is held
     colours = apart(neighbours(body))
     assert all(len(set(colours[row])) == row.sum() for row in pattern)
+
+
+@pytest.mark.parametrize("model", BODIES)
+def test_mass_is_above_the_stiffness_of_drag_and_adhesion(model):
+    """Of a node: viscosity A0 of the drag, and T_max N / d_c by which the load falls with the gap."""
+    x, balance = spread(model, 0.0)
+    without_drag = balance._replace(viscosity=0.0)
+    without_adhesion = balance._replace(adhesion=balance.adhesion._replace(traction=0.0))
+    full, dragless, loose = np.zeros((3, len(x)))
+    for problem, bound in ((balance, full), (without_drag, dragless), (without_adhesion, loose)):
+        set_stiffness_bound(problem, x, PRESSURE, bound)
+    assert full - dragless == pytest.approx(35.0 * balance.body.reference_area, rel=1e-9)
+    assert full - loose == pytest.approx(2.416 * balance.number / 0.4, rel=1e-9)
+
+
+def test_residuals_are_measured_against_the_traction():
+    """Which moves all, however stiff the membrane is; against K where there is none."""
+    _, balance = spread("axisymmetric", 0.0)
+    assert force_scale(balance) == 2.416
+    assert force_scale(balance._replace(adhesion=balance.adhesion._replace(traction=0.0))) == 1.81

@@ -26,13 +26,13 @@ from vesdyn.provenance import identity
 from vesdyn.run import run_case
 from vesdyn.storage import RunDirectory
 
-EIGHT = """\
-name: eight
+FIVE = """\
+name: five
 model: axisymmetric
-mesh: {front_edge: 0.03, far_edge: 0.06}
+mesh: {front_edge: 0.04, far_edge: 0.08}
 time: {end: 0.15, step: 0.001}
 output: {frames: [0.07], checkpoint_minutes: 0.003}
-sweep: {membrane.shear_modulus: [1, 2], drag: [0.07, 0.08, 0.09, 0.1]}
+sweep: {drag: [0.07, 0.08, 0.09, 0.1, 0.11]}
 """
 TINY = Case(
     name="tiny",
@@ -47,12 +47,12 @@ FAILS = TINY.model_copy(
 
 
 @pytest.fixture(scope="module")
-def eight(tmp_path_factory):
-    """The case file of eight small cases (about a second each), and what they come to undisturbed."""
-    directory = tmp_path_factory.mktemp("eight")
-    (directory / "eight.yaml").write_text(EIGHT)
-    results = run_batch(read_cases([directory / "eight.yaml"]), directory / "runs", jobs=2, show=False)
-    assert [outcome.state for _, outcome in results] == 8 * ["finished"]
+def five(tmp_path_factory):
+    """The case file of five small cases (half a second each), and what they come to undisturbed."""
+    directory = tmp_path_factory.mktemp("five")
+    (directory / "five.yaml").write_text(FIVE)
+    results = run_batch(read_cases([directory / "five.yaml"]), directory / "runs", jobs=2, show=False)
+    assert [outcome.state for _, outcome in results] == 5 * ["finished"]
     return directory
 
 
@@ -64,8 +64,8 @@ def assert_same(runs, reference):
         assert RunDirectory(runs / path.name).status()["state"] == "finished"
 
 
-def command(eight, out, jobs=2):
-    return [sys.executable, "-m", "vesdyn", "batch", eight / "eight.yaml", "--jobs", str(jobs), "--out", out]
+def command(five, out, jobs=2):
+    return [sys.executable, "-m", "vesdyn", "batch", five / "five.yaml", "--jobs", str(jobs), "--out", out]
 
 
 def start(arguments):
@@ -132,15 +132,15 @@ def test_every_fault_is_told_before_anything_runs(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("command", ["run", "explain"])
-def test_commands_for_one_case_refuse_a_sweep(eight, capsys, command):
-    assert main([command, str(eight / "eight.yaml")]) == 2
+def test_commands_for_one_case_refuse_a_sweep(five, capsys, command):
+    assert main([command, str(five / "five.yaml")]) == 2
     assert "run them by `vesdyn batch" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("jobs", ["0", "-1", "x"])
-def test_no_processes_are_refused(eight, capsys, jobs):
+def test_no_processes_are_refused(five, capsys, jobs):
     with pytest.raises(SystemExit):
-        main(["batch", str(eight / "eight.yaml"), "--jobs", jobs])
+        main(["batch", str(five / "five.yaml"), "--jobs", jobs])
     assert "give 1 or more" in capsys.readouterr().err
 
 
@@ -239,10 +239,52 @@ def test_a_stopped_batch_begins_nothing(carry_out, tmp_path):
     assert not (tmp_path / "runs").exists()
 
 
+def test_the_end_of_a_batch_stops_its_workers(carry_out, tmp_path):
+    """Its sign is gone: the batch has ended, or has been killed and another one has cleaned up."""
+    (tmp_path / "sign").unlink()
+    outcome, _ = carry_out()
+    assert (outcome.state, outcome.reason) == ("interrupted", "not begun, stopped by the end of its batch.")
+
+
+@pytest.mark.fault("n17")
+def test_what_another_process_computes_is_elsewhere(carry_out, tmp_path):
+    with RunDirectory(tmp_path / "runs").claim(TINY):
+        assert carry_out()[0].state == "elsewhere"
+
+
 # Processes of this machine
 
 
-def test_failure_of_one_case_is_told_in_the_end_and_stops_no_other(tmp_path, capsys):
+class InThisProcess:
+    """A worker that carries out a case when it is handed over."""
+
+    def kill(self):
+        pass
+
+    def submit(self, function, *arguments):
+        future = Future()
+        future.set_result(function(*arguments))
+        return future
+
+
+@pytest.fixture
+def local(monkeypatch):
+    """Put workers of a class, by default `InThisProcess`, in the place of processes."""
+
+    def put(worker=InThisProcess):
+        @contextmanager
+        def local(jobs):
+            workers = batch._Local(0)
+            workers.workers = [worker() for _ in range(jobs)]
+            yield workers
+
+        monkeypatch.setattr(batch, "_local", local)
+
+    return put
+
+
+def test_failure_of_one_case_is_told_in_the_end_and_stops_no_other(tmp_path, capsys, local):
+    local()
     for case in (FAILS, TINY):
         (tmp_path / f"{case.name}.yaml").write_text(case.to_yaml())
     files = [str(tmp_path / f"{name}.yaml") for name in ("fails", "tiny")]
@@ -255,19 +297,19 @@ def test_failure_of_one_case_is_told_in_the_end_and_stops_no_other(tmp_path, cap
     assert len(lines) == 3
 
 
-def test_killed_batch_goes_on_to_the_same_bits_and_repeats_nothing(eight, tmp_path):
+def test_killed_batch_goes_on_to_the_same_bits_and_repeats_nothing(five, tmp_path):
     out = tmp_path / "runs"
-    process = start(command(eight, out))
+    process = start(command(five, out))
     wait_until(lambda: len(finished(out)) >= 2 and begun(out), process)
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
     done = finished(out)
-    assert 2 <= len(done) < 8
+    assert 2 <= len(done) < 5
     before = times_of_change(done)
     claimed = times_of_change(begun(out))
-    assert subprocess.run(command(eight, out)).returncode == 0
+    assert subprocess.run(command(five, out)).returncode == 0
     assert times_of_change(done) == before
-    assert_same(out, eight / "runs")
+    assert_same(out, five / "runs")
     for file, changed in claimed.items():  # gone on with, not begun anew
         assert file.name != "case.yaml" or file.stat().st_mtime_ns == changed
 
@@ -275,24 +317,24 @@ def test_killed_batch_goes_on_to_the_same_bits_and_repeats_nothing(eight, tmp_pa
 @pytest.mark.parametrize(
     "number, whole_group", [(signal.SIGINT, True), pytest.param(signal.SIGTERM, False, marks=pytest.mark.verify)]
 )
-def test_interrupted_batch_stores_checkpoints_and_leaves_no_process(eight, tmp_path, number, whole_group):
+def test_interrupted_batch_stores_checkpoints_and_leaves_no_process(five, tmp_path, number, whole_group):
     out = tmp_path / "runs"
-    process = start(command(eight, out))
+    process = start(command(five, out))
     wait_until(lambda: finished(out) and begun(out), process)
     (os.killpg if whole_group else os.kill)(process.pid, number)
     _, stderr = process.communicate()
     assert process.returncode == 130 and "Traceback" not in stderr
     wait_until(lambda: not group(process.pid))
     runs = [RunDirectory(path) for path in out.iterdir()]
-    assert len(runs) < 8 and {run.status()["state"] for run in runs} <= {"finished", "interrupted"}
+    assert len(runs) < 5 and {run.status()["state"] for run in runs} <= {"finished", "interrupted"}
     assert all(run.read_checkpoint()["time"] == run.last_row()["time"] for run in runs)
     assert f"not begun, stopped by {number.name}." in stderr
-    assert subprocess.run(command(eight, out)).returncode == 0
-    assert_same(out, eight / "runs")
+    assert subprocess.run(command(five, out)).returncode == 0
+    assert_same(out, five / "runs")
 
 
-def test_workers_end_with_a_killed_batch(eight, tmp_path):
-    process = start(command(eight, tmp_path / "runs"))
+def test_workers_end_with_a_killed_batch(five, tmp_path):
+    process = start(command(five, tmp_path / "runs"))
     wait_until(lambda: begun(tmp_path / "runs"), process)
     assert len(group(process.pid)) >= 3
     process.kill()
@@ -300,48 +342,64 @@ def test_workers_end_with_a_killed_batch(eight, tmp_path):
     wait_until(lambda: not group(process.pid))
 
 
-def test_killed_worker_is_replaced_and_its_case_goes_on(eight, tmp_path):
+def test_killed_worker_is_replaced_and_its_case_goes_on(five, tmp_path):
     out = tmp_path / "runs"
-    process = start(command(eight, out, jobs=1))
+    process = start(command(five, out, jobs=1))
     wait_until(lambda: begun(out), process)
     (worker,) = [child for child in psutil.Process(process.pid).children() if "spawn_main" in str(child.cmdline())]
     worker.kill()
     _, stderr = process.communicate()
     assert process.returncode == 0, stderr
-    assert_same(out, eight / "runs")
+    assert_same(out, five / "runs")
 
 
-def test_case_whose_process_dies_again_and_again_is_given_up(tmp_path, monkeypatch):
-    class Worker:
+def test_case_whose_process_dies_again_and_again_is_given_up(tmp_path, local):
+    class Dies(InThisProcess):
         renewed = 0
 
-        def kill(self):
-            pass
-
         def submit(self, function, case, *arguments):
-            if case.name == "deadly" and self.renewed % 2:
+            if case.name != "deadly":
+                return super().submit(function, case, *arguments)
+            if self.renewed % 2:
                 raise BrokenProcessPool  # as one that died idle
             future = Future()
-            if case.name == "deadly":
-                future.set_exception(BrokenProcessPool())
-            else:
-                future.set_result(function(case, *arguments))
+            future.set_exception(BrokenProcessPool())
             return future
 
         def renew(self):
             self.renewed += 1
 
-    @contextmanager
-    def local(jobs):
-        workers = batch._Local(0)
-        workers.workers = [Worker() for _ in range(jobs)]
-        yield workers
-
-    monkeypatch.setattr(batch, "_local", local)
+    local(Dies)
     cases = [TINY.model_copy(update={"name": "deadly"}), TINY]
     (_, deadly), (_, tiny) = run_batch(cases, tmp_path / "runs", jobs=1, show=False)
     assert (deadly.state, tiny.state) == ("failed", "finished")
     assert "died 3 times" in deadly.reason and "memory" in deadly.reason
+
+
+@pytest.mark.fault("n17")
+def test_a_case_that_is_computed_elsewhere_is_waited_for(tmp_path, monkeypatch, local):
+    """The directory is held for a while; the other case is computed meanwhile, and the first one then."""
+    local()
+    monkeypatch.setattr(batch, "_ELSEWHERE", 0.05)
+    held, release, order = threading.Event(), threading.Event(), []
+
+    def neighbour():
+        with RunDirectory(tmp_path / "runs" / "held").claim(TINY.model_copy(update={"name": "held"})):
+            held.set()
+            release.wait(60)
+
+    def tell(line, **_):
+        order.append(line.partition(":")[0])
+        release.set()
+
+    (tmp_path / "runs").mkdir()
+    thread = threading.Thread(target=neighbour)
+    thread.start()
+    held.wait(60)
+    monkeypatch.setattr(batch, "print", tell, raising=False)
+    results = run_batch([TINY.model_copy(update={"name": "held"}), TINY], tmp_path / "runs", jobs=1)
+    thread.join()
+    assert [outcome.state for _, outcome in results] == 2 * ["finished"] and order == ["tiny", "held"]
 
 
 # On the terminal
@@ -360,23 +418,26 @@ def test_table_tells_how_each_case_stands(tmp_path):
     assert [rows["fails"][i] for i in (3, 5, 9)] == ["running", "0.0100", "0.1250"]
 
 
-def test_live_table_on_a_terminal(tmp_path):
-    (tmp_path / "tiny.yaml").write_text(TINY.to_yaml())
+def test_live_table_on_a_terminal(tmp_path, monkeypatch, local):
+    local()
+    monkeypatch.setenv("COLUMNS", "120")
+    monkeypatch.setenv("TERM", "xterm")
     ours, theirs = pty.openpty()
-    arguments = ["batch", tmp_path / "tiny.yaml", "--jobs", "1", "--out", tmp_path / "runs"]
-    command = [sys.executable, "-m", "vesdyn", *arguments]
-    wide = os.environ | {"COLUMNS": "120"}
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=theirs, env=wide)
-    os.close(theirs)
-    shown = b""
-    try:
-        while part := os.read(ours, 4096):
-            shown += part
-    except OSError:  # the end, on Linux
-        pass
-    assert process.wait() == 0
-    text = shown.decode()
-    for word in ("binding area", "wall time", "waiting", "finished", "0.0200"):
+    shown = []
+
+    def read():
+        with suppress(OSError):  # the end, on Linux
+            while part := os.read(ours, 4096):
+                shown.append(part)
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    with open(theirs, "w", encoding="utf-8") as terminal, monkeypatch.context() as patch:
+        patch.setattr(sys, "stderr", terminal)
+        run_batch([TINY], tmp_path / "runs", jobs=1)
+    reader.join()
+    text = b"".join(shown).decode()
+    for word in ("binding area", "wall time", "finished", "0.0200"):
         assert word in text
 
 
@@ -411,7 +472,7 @@ def cluster():
 
 
 @pytest.mark.verify
-def test_killed_worker_of_a_cluster_loses_nothing(eight, tmp_path, cluster):
+def test_killed_worker_of_a_cluster_loses_nothing(five, tmp_path, cluster):
     out, killed = tmp_path / "runs", []
 
     def kill():
@@ -422,20 +483,20 @@ def test_killed_worker_of_a_cluster_loses_nothing(eight, tmp_path, cluster):
 
     killer = threading.Thread(target=kill)
     killer.start()
-    results = run_batch(read_cases([eight / "eight.yaml"]), out, scheduler=cluster.scheduler.address, show=False)
+    results = run_batch(read_cases([five / "five.yaml"]), out, scheduler=cluster.scheduler.address, show=False)
     killer.join()
-    assert killed and [outcome.state for _, outcome in results] == 8 * ["finished"]
-    assert_same(out, eight / "runs")
+    assert killed and [outcome.state for _, outcome in results] == 5 * ["finished"]
+    assert_same(out, five / "runs")
 
 
 @pytest.mark.verify
-def test_interrupt_reaches_a_cluster(eight, tmp_path, cluster):
+def test_interrupt_reaches_a_cluster(five, tmp_path, cluster):
     out = tmp_path / "runs"
-    process = start(command(eight, out) + ["--scheduler", cluster.scheduler.address])
+    process = start(command(five, out) + ["--scheduler", cluster.scheduler.address])
     wait_until(lambda: begun(out), process)
     process.send_signal(signal.SIGINT)
     _, stderr = process.communicate()
     assert process.returncode == 130, stderr
     assert {RunDirectory(path).status()["state"] for path in out.iterdir()} <= {"finished", "interrupted"}
-    run_batch(read_cases([eight / "eight.yaml"]), out, scheduler=cluster.scheduler.address, show=False)
-    assert_same(out, eight / "runs")
+    run_batch(read_cases([five / "five.yaml"]), out, scheduler=cluster.scheduler.address, show=False)
+    assert_same(out, five / "runs")

@@ -127,6 +127,21 @@ def test_inside_out_is_a_negative_volume(kind):
     assert forces(body, mirrored)[3] == pytest.approx(-forces(body, x)[3], rel=1e-14)
 
 
+@pytest.mark.parametrize("thickness", [0.0, 0.1], ids=["membrane", "shell"])
+def test_nothing_moves_the_poles_of_a_meridian_off_the_axis(thickness):
+    force, dV_dx, _, _ = forces(*shape("axisymmetric", thickness=thickness)[::-1])
+    assert np.all(force[[0, -1], 0] == 0.0) and np.all(dV_dx[[0, -1], 0] == 0.0)
+    assert np.all(force[[0, -1], 1] != 0.0)
+
+
+def test_a_meridian_across_its_axis_is_no_shape():
+    """Squares of stretches do not see r < 0, so the volume says it: a relaxation then diverges instead of going on."""
+    x, body = shape("axisymmetric")
+    assert np.isfinite(forces(body, x)[3])
+    x[2, 0] *= -0.01
+    assert np.isnan(forces(body, x)[3])
+
+
 def test_rigid_motion_changes_nothing_but_directions(kind):
     x, body = shape(*kind)
     if kind[0] == "axisymmetric":
@@ -301,6 +316,21 @@ def test_kink_of_a_meridian_is_found_inside_its_edge(position):
     assert point[0] == pytest.approx(kink, abs=0.05 * slope**2)
 
 
+@pytest.mark.parametrize("position", [0.3, 0.5, 0.7])
+def test_curvature_beyond_the_kink_of_a_meridian_counts(position):
+    """Flat up to r_c, then z = s/10 + s^2/2: without the curvature a tenth of an edge is missing and more."""
+    x, body = sphere("axisymmetric", 0.02)
+    element = 8
+    kink = (1.0 - position) * x[element, 0] + position * x[element + 1, 0]
+    near = slice(0, 16)
+    s = np.maximum(0.0, x[near, 0] - kink)
+    x[near, 1] = 0.1 * s + 0.5 * s**2
+    share = np.zeros(len(body.edges))
+    set_shares_below(body.topology, x, 1e-12, share)
+    (point,) = front_points(x, body.edges, share)
+    assert point[0] == pytest.approx(kink, abs=0.02 * 0.02)
+
+
 # Receptors' edges
 
 
@@ -375,6 +405,15 @@ def test_stiffness_bound_is_above_the_largest_eigenvalue(kind, deformed, pressur
     print(f"{kind[0]} {kind[1]}: largest eigenvalue / bound = {ratio:.3f}")
     assert ratio < 1.0
     assert ratio > 0.3  # a bound several times too large would cost its root in iterations
+
+
+@pytest.mark.parametrize("model", ["axisymmetric", "surface"])
+@pytest.mark.parametrize("pressure", [1.0, -1.0])
+def test_bound_of_the_fluid_alone(model, pressure):
+    """Of a membrane as soft as none, held by the pressure: the curvature of the volume."""
+    x, body = sphere(model, 0.25, 0.25, 1e-9, 1.0)
+    ratio = stiffness_ratio(body, shaken(x, 0.02, 0), pressure)
+    assert 0.1 < ratio < 1.0
 
 
 @pytest.mark.parametrize("size", [0.0, 0.01, 0.03])

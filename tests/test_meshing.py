@@ -335,3 +335,8 @@ def test_bad_meridians_are_refused_with_the_reason():
     for bad, reason in ((off_axis, "on the axis"), (inside, "r <= 0"), (upside_down, "negative volume")):
         with pytest.raises(ValueError, match=reason):
             build_meridian(bad, 1.0)
+
+
+def test_edges_grow_by_a_quarter_of_the_way_from_the_fine_zone():
+    arc = np.array([0.0, 0.3, 0.4, 0.5, 2.0])
+    assert edge_length(arc, 0.3, 0.03, 0.09) == pytest.approx([0.03, 0.03, 0.055, 0.08, 0.09], abs=1e-15)

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from vesdyn import planning
 from vesdyn.case import Case
-from vesdyn.planning import compression_note, plan, survey, wrinkling
+from vesdyn.kinds import KINDS
+from vesdyn.planning import Scout, compression_note, plan, survey, wrinkling
 
 BRIEF = {"time": {"end": 0.05, "step": "auto"}, "output": {"frames": ()}}
 AUTO = {"front_edge": "auto", "far_edge": "auto"}
@@ -65,7 +67,7 @@ def test_only_a_meridian_under_compression_notes_it(model, tension, told):
     assert (note is not None) == told
 
 
-def test_scouts_are_fine_as_far_as_the_front_goes():
+def test_scouts_of_a_soft_scene_are_fine_as_far_as_the_front_goes():
     """The front passes 80 degrees, beyond which the edges of the first scouts are many times longer: there they fold under."""
     soft = Case(
         name="a", model="axisymmetric", accuracy=0.04, mesh=AUTO, membrane={"shear_modulus": 0.1},
@@ -75,3 +77,70 @@ def test_scouts_are_fine_as_far_as_the_front_goes():
     assert all(80.0 < seen.reach < seen.fine_angle and not seen.folded for seen in scouts)
     assert all(seen.final_time == 1.2 or seen.steady for seen in scouts)
     assert scouts[0].final_area == pytest.approx(scouts[1].final_area, rel=0.04)
+
+
+# Scouts, by what they say they saw
+
+
+def said(front_edge, fine_angle, radius=0.2, reach=40.0):
+    """What a scout would say that met no compression; its area runs as the root of time, whatever its edge."""
+    t = np.linspace(0.0, 1.0, 50)
+    nothing = dict.fromkeys(Scout._fields)
+    return Scout(**nothing | {
+        "front_edge": front_edge, "fine_angle": fine_angle, "early_radius": radius, "reach": reach, "final_area": 0.6,
+        "final_time": 1.0, "steady": False, "bends": True, "tension": 0.1, "tension_time": 0.1, "tension_height": 0.1,
+        "curve": np.stack([t, 0.6 * np.sqrt(t) * (1.0 + front_edge**2)], axis=1),
+    })  # fmt: skip
+
+
+@pytest.fixture
+def scouts(monkeypatch):
+    """Put ``say(edge, fine_angle)`` in the place of the scout; the list of the edges and angles it was asked for."""
+
+    def put(say):
+        asked = []
+        monkeypatch.setattr(planning, "scout", lambda case, edge, fine: asked.append((edge, fine)) or say(edge, fine))
+        return asked
+
+    return put
+
+
+def test_scouts_resolve_cutoff_and_front_and_come_in_pairs(scouts):
+    """Four edges in the cutoff; about six in the radius at which the wish begins to count."""
+    asked = scouts(lambda edge, fine: said(edge, fine, radius=0.05))
+    coarser, finer = survey(Case(name="a", model="axisymmetric", adhesion={"cutoff": 0.06}))
+    assert asked[0][0] == pytest.approx(0.06 / 4)
+    assert finer.front_edge <= 1.6 * 0.05 / 6 and coarser.front_edge >= 1.5 * finer.front_edge
+    asked = scouts(lambda edge, fine: said(edge, fine, radius=0.05 if edge > 0.012 else 0.02))  # nearer when seen finer
+    _, finer = survey(Case(name="a", model="axisymmetric", adhesion={"cutoff": 0.06}))
+    assert finer.front_edge <= 1.6 * 0.02 / 6 and len(asked) == 3
+
+
+def test_scouts_are_fine_as_far_as_the_front_goes(scouts):
+    scouts(lambda edge, fine: said(edge, fine, reach=min(fine, 120.0)))
+    assert all(scout.reach < scout.fine_angle for scout in survey(Case(name="a", model="axisymmetric")))
+
+
+@pytest.mark.parametrize("failures, found", [(2, True), (3, False)])
+def test_a_scout_without_a_balance_is_repeated_finer(scouts, failures, found):
+    asked = scouts(lambda edge, fine: said(edge, fine) if len(asked) > failures else None)
+    assert (survey(Case(name="a", model="axisymmetric")) is not None) == found
+    assert asked[0][0] > asked[1][0] > asked[2][0]
+
+
+def test_the_wish_is_shared_out(scouts):
+    """Four tenths to the mesh, half to the step, a tenth to the tolerance."""
+    scouts(lambda edge, fine: said(edge, fine))
+    case, decisions = plan(Case(name="a", model="axisymmetric", accuracy=0.02, mesh=AUTO))
+    mesh = KINDS["axisymmetric"].mesh_error(case.mesh, True).at(case.mesh.front_edge, 0.2) * case.mesh.difficulty
+    assert mesh == pytest.approx(0.4 * 0.02, rel=0.1)  # edges have two digits
+    assert "estimated error 1.00%" in sentence(decisions, "step: adaptive")
+    assert "estimated error 0.20%" in sentence(decisions, "tolerance:")
+
+
+def test_bending_stays_where_the_pure_membrane_is_slack(scouts):
+    """However little it changes the area: without it the mesh would wrinkle."""
+    for slack, thickness in ((False, 0.0), (True, 0.0005)):
+        told = iter([0.1, 0.1, -0.5 if slack else 0.1])
+        scouts(lambda edge, fine: said(edge, fine)._replace(tension=next(told)))
+        assert planned(thickness=0.0005).case.membrane.thickness == thickness

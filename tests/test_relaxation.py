@@ -10,7 +10,7 @@ from numba.core.runtime import _nrt_python, rtsys
 
 from vesdyn import newton, relaxation
 from vesdyn.adhesion import TractionSeparation, adhesion_load, double_well, linear
-from vesdyn.balance import CONVERGED, DIVERGED, STALLED, UNFINISHED, Limits, allocate, set_forces
+from vesdyn.balance import CONVERGED, DIVERGED, STALLED, UNFINISHED, VOLUME_TOLERANCE, Limits, allocate, set_forces
 from vesdyn.case import Adhesion, Case
 from vesdyn.errors import CaseError
 from vesdyn.spreading import METHODS, Spreading
@@ -204,6 +204,42 @@ def test_not_a_number_is_a_divergence_at_once(model):
     broken[len(x) // 2, -1] = np.nan
     _, outcome = relaxed(balance, broken, TOLERANCE, max_iterations=50)
     assert outcome.status == DIVERGED and outcome.iterations < 50
+
+
+@pytest.mark.parametrize("kinetic", [False, True], ids=["viscous", "kinetic"])
+@pytest.mark.parametrize("model", BODIES)
+def test_one_iteration_closes_the_volume_to_first_order(model, kinetic):
+    """The pressure is what it takes: of a thousandth that is missing about its square is left by a move."""
+    balance, x = spreading_balance(model, 0.12)
+    x[:, -1] += 1.0  # nothing touches
+    short = balance._replace(volume=1.001 * balance.volume, x_rest=x)
+    moved, _ = relaxed(short, x, 0.0, kinetic, max_iterations=1)
+    assert abs(set_forces(short, moved, allocate(x)) / short.volume - 1.0) < 1e-2 * 1e-3
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1.0])
+def test_a_solution_has_its_volume_however_loose_the_tolerance(tolerance):
+    """The residual is taken before the last move, and the volume after it."""
+    balance, x = spreading_balance("axisymmetric")
+    balance = balance._replace(volume=1.02 * balance.volume)
+    found = solved(balance, (x,), tolerance)
+    assert found.status == CONVERGED
+    assert abs(set_forces(balance, found.x, allocate(x)) / balance.volume - 1.0) <= VOLUME_TOLERANCE
+
+
+def test_a_relaxation_that_fails_is_tried_with_more_mass(monkeypatch):
+    """As where the bound of the stiffness, taken at the start, does not hold on the way."""
+    balance, x = spreading_balance("axisymmetric")
+    expected, bound = solved(balance, (x,), 1e-6), relaxation.set_fictitious_mass
+
+    def too_light(balance, x, pressure, scratch):
+        bound(balance, x, pressure, scratch)
+        scratch.mass[:] /= 10.0
+
+    monkeypatch.setattr(relaxation, "set_fictitious_mass", too_light)
+    found = solved(balance, (x,), 1e-6)
+    assert found.status == CONVERGED and found.iterations > expected.iterations
+    assert np.allclose(found.x, expected.x, atol=1e-5)
 
 
 def test_mirror_symmetric_turns_of_the_mesh_give_turned_results():

@@ -19,7 +19,7 @@ from vesdyn.case import Case
 from vesdyn.run import run_case
 from vesdyn.storage import RunDirectory, RunDirectoryError
 
-QUICK = Path(__file__).parents[1] / "configs" / "quick.yaml"
+QUICK = [Path(__file__).parents[1] / "configs" / "quick.yaml", "--set", "mesh.front_edge=0.05", "mesh.far_edge=0.1"]
 
 
 # Runs of a chaotic map
@@ -183,6 +183,41 @@ def test_doubts_are_warned_of(physics, tmp_path):
         run_case(CASE.model_copy(update={"drag": 0.0}), tmp_path / "a")
 
 
+def test_checkpoints_are_written_on_the_way(physics, tmp_path):
+    physics.before_step = fail_at(6, MemoryError())
+    for minutes, stored in ((0.0, 6), (60.0, None)):
+        case = CASE.changed(**{"output.checkpoint_minutes": minutes})
+        with pytest.raises(MemoryError):
+            run_case(case, tmp_path / f"{minutes:g}")
+        checkpoint = RunDirectory(tmp_path / f"{minutes:g}").read_checkpoint()
+        assert (checkpoint and checkpoint["steps"]) == stored
+
+
+# The wish
+
+WANTING = CASE.changed(accuracy=0.001, **{"model": "axisymmetric", "mesh.front_edge": 0.02, "mesh.far_edge": 0.05})
+HISTORY = {
+    "time": np.array([0.01, 0.02]), "binding_area": np.array([0.1, 0.2]), "contact_radius": np.array([0.18, 0.25]),
+    "free_tension_min": np.zeros(2), "free_tension_min_height": np.zeros(2), "area_error": np.array([0.004, 0.003]),
+}  # fmt: skip
+
+
+@pytest.mark.fault("n3")
+def test_mesh_and_step_that_cannot_keep_the_wish_are_told_before_a_run(physics, tmp_path):
+    with pytest.warns(UserWarning) as told:
+        run_case(WANTING.changed(model="surface"), tmp_path / "a")  # a meridian would be asked for its compression
+    words = " ".join(str(warning.message) for warning in told)
+    assert "mesh.front_edge: 0.02 is estimated to cost" in words and "time.step: 0.001 is estimated to cost" in words
+
+
+@pytest.mark.fault("n3")
+def test_mesh_step_and_belief_that_missed_the_wish_are_told_after_a_run():
+    note = run._notes(WANTING, HISTORY)
+    assert "mesh.front_edge: 0.02 is estimated to cost" in note and "time.step: 0.001 is estimated to cost" in note
+    assert "believed to be off by up to 0.004 of itself, more than the wish of 0.001" in note
+    assert run._notes(WANTING.changed(accuracy=0.2), HISTORY) is None
+
+
 # The real thing, through the command line
 
 
@@ -204,9 +239,9 @@ def wait_for_rows(file, rows, process):
 
 @pytest.fixture(scope="module")
 def quick(tmp_path_factory):
-    """The directory of the quick case, run in one go."""
+    """The directory of the quick case on a coarser mesh, run in one go."""
     directory = tmp_path_factory.mktemp("quick")
-    status, stdout, stderr = finish(vesdyn(directory, "run", QUICK))
+    status, stdout, stderr = finish(vesdyn(directory, "run", *QUICK))
     assert status == 0, stderr
     assert "binding area" in stdout
     return directory / "runs" / "quick"
@@ -227,9 +262,9 @@ def test_quick_case_leaves_everything(quick):
         assert file["frame_0001"].keys() >= {"position", "density", "gap", "traction", "tension_1", "tension_2"}
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.verify)])
+@pytest.mark.parametrize("number", [signal.SIGKILL, *(pytest.param(number, marks=pytest.mark.verify) for number in (signal.SIGINT, signal.SIGTERM))])
 def test_quick_case_stopped_and_resumed_gives_the_same_bits(quick, tmp_path, number):
-    case = ["run", QUICK, "--set", "output.checkpoint_minutes=0", "--out", "a"]
+    case = ["run", *QUICK, "output.checkpoint_minutes=0", "--out", "a"]
     process = vesdyn(tmp_path, *case)
     wait_for_rows(tmp_path / "a" / "history.csv", 3, process)
     process.send_signal(number)

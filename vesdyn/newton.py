@@ -82,7 +82,7 @@ def descend(balance, start, pressure, limits, scratch, band, pause=lambda: None)
     size, missing = residual(balance, x, pressure, scratch)
     mu = size * force_scale(balance) / np.min(np.linalg.norm(np.diff(x, axis=0), axis=1))
     most = _MOST_DRAG * mu
-    for iteration in range(_DESCENTS):
+    for iteration in range(min(_DESCENTS, limits.max_iterations)):
         if mu > most:  # the forces are no gradient here, as where ligands are short: no drag leads down
             return None
         if size <= limits.tolerance and abs(missing) <= VOLUME_TOLERANCE:

@@ -3,7 +3,8 @@
 Use: python tests/faults/table.py docs/faults.md
 
 The sentences are those of faults.csv beside this file; a test holds a fault if it is marked
-``@pytest.mark.fault("a14", ...)``, whatever its file.
+``@pytest.mark.fault("a14", ...)``, whatever its file. What was tried stands in tried.csv and what safety costs in
+cost.csv, both written by `make faults` before this page.
 """
 
 import ast
@@ -28,17 +29,38 @@ def marked_tests():
     return tests
 
 
+def rows_of(name):
+    """Rows of the file ``name`` beside this one, as dicts of text."""
+    with open(HERE / name, newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
 def table():
     """The page, as text."""
-    tests = marked_tests()
-    with open(HERE / "faults.csv", newline="", encoding="utf-8") as file:
-        faults = list(csv.DictReader(file))
+    tests, faults = marked_tests(), rows_of("faults.csv")
     if strangers := tests.keys() - {fault["id"] for fault in faults}:
         raise SystemExit(f"faults.csv: does not say what {', '.join(sorted(strangers))} is; add a line.")
     lines = [
         "# Faults found by use, and the tests that hold them",
         "",
-        "Written by `make faults` from `tests/faults/faults.csv` and the marks of the tests.",
+        "Written by `make faults` from `tests/faults/faults.csv`, the marks of the tests, and what these counted.",
+        "",
+        "## What was tried",
+        "",
+        "Each time the run went on to the same bits, or a sentence said what to do; a failure is wrong data, a traceback, a"
+        " hang, or a file outside the run's directory.",
+        "",
+        "| tried | number |",
+        "|---|---|",
+        *(f"| {row['what']} | {int(row['number']):,} |" for row in rows_of("tried.csv")),
+        "",
+        "## What safety costs",
+        "",
+        *(f"Of the {row['seconds']} s that the case `{row['case']}` takes ({row['steps']} steps, {row['frames']} frames,"
+          f" {row['checkpoints']} checkpoints), checksums take {float(row['checksums']):.2%} and syncs {float(row['syncs']):.2%}."
+          for row in rows_of("cost.csv")),
+        "",
+        "## Each fault",
         "",
         "| id | fault | what happens now | tests |",
         "|---|---|---|---|",

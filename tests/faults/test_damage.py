@@ -178,6 +178,21 @@ def test_one_changed_digit_before_the_checkpoint_is_seen(runs):
         quietly(run_case, CASE, runs / "interrupted")
 
 
+@pytest.mark.fault("n5")
+def test_swapped_and_damaged_parts_of_a_finished_run_are_seen(runs):
+    """What is computed is refused; what follows from it is made anew."""
+    for name, harm in (("frames/0001.h5", swap), ("frames/0001.h5", flip_a_bit), ("history.csv", change_a_digit)):
+        with pytest.raises(DamagedRunError, match="start anew by"):
+            run_case(CASE, harmed(runs, "finished", name, harm))
+    for name, harm in (("summary.png", cut), ("frames.xdmf", cut), ("frames.h5", flip_a_bit), ("history.csv", end_in_text)):
+        path = harmed(runs, "finished", name, harm)
+        with pytest.warns(UserWarning, match=rf"{name} was damaged or gone and is made anew"):
+            assert "finished already" in run_case(CASE, path).reason
+        assert (path / name).read_bytes() == (runs / "finished" / name).read_bytes()
+    path = harmed(runs, "finished", "status.yaml", change_a_digit)
+    assert RunDirectory(path).status() == {} and RunDirectory(runs / "finished").status()["state"] == "finished"
+
+
 @pytest.mark.fault("n2")
 def test_a_checkpoint_is_bound_to_its_case(runs, capsys):
     path = runs / "interrupted"

@@ -42,9 +42,10 @@ def test_any_edit_of_a_deciding_module_changes_the_hash(tmp_path):
     before = provenance.hash_of(PACKAGE.glob("*.py"))
     copy = Path(shutil.copytree(PACKAGE, tmp_path / "vesdyn"))
     assert provenance.hash_of(copy.glob("*.py")) == before
-    with open(copy / "receptors.py", "a") as file:
-        file.write("\n")
-    assert provenance.hash_of(copy.glob("*.py")) != before
+    source = (copy / "receptors.py").read_text()
+    for edited in (source + "\n", source.replace("1e-12", "1e-13", 1)):  # another size, and the same
+        (copy / "receptors.py").write_text(edited)
+        assert provenance.hash_of(copy.glob("*.py")) != before
 
 
 @pytest.fixture

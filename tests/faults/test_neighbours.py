@@ -110,6 +110,7 @@ def test_cores_without_sched_getaffinity(monkeypatch):
     assert cores() == os.cpu_count()
 
 
+@pytest.mark.verify  # what happens in the loop is held by tests/test_batch.py
 @pytest.mark.fault("n17")
 def test_two_batches_in_one_directory(tmp_path, tried):
     files = []

@@ -63,6 +63,18 @@ def test_saturation_is_iterated_to_convergence_just_outside_of_it():
     assert np.abs(results[2] - 1.0).max() < 0.01  # hardly any ligands, hardly any drift
 
 
+def test_a_saturated_step_solves_the_equation_of_its_own_end():
+    """The share of the receptors that drifts is that of the density at the end of the step, not of the one before."""
+    edges, area, number, scratch = chain(12, 0.5)
+    before = number.copy()
+    assert receptors.step_receptors(edges, area, 1.0, np.ones(12), 1.0, number, scratch)
+    assert 0.2 < np.mean(scratch.density > 1.0) < 1.0
+    receptors.set_flux_coefficients(edges, 1.0, np.ones(12), 1.0, scratch)
+    there = np.zeros(12)
+    receptors.apply(edges, area, scratch, scratch.density, there)
+    assert there == pytest.approx(before, rel=1e-9)
+
+
 @pytest.mark.parametrize("bad", [np.nan])
 def test_what_is_not_a_number_is_reported(bad):
     edges, area, number, scratch = chain(12, 1.0)
