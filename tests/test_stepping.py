@@ -114,6 +114,9 @@ class Scene(Clock):
             raise NoBalanceError("it stalls")
         return state._replace(time=until, steps=state.steps + 1, dt_before=dt, step_error=self.error(dt))
 
+    def ring_time(self, state):
+        return 0.0
+
     def folded_area(self, state):
         return self.folded if state.time > 0.5 else 0.0
 

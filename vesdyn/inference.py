@@ -29,6 +29,7 @@ from scipy.special import logsumexp, ndtr
 from scipy.stats import qmc
 
 from vesdyn.emulator import Emulator
+from vesdyn.errors import CaseError
 from vesdyn.inference_file import Variant
 
 SETS = 1.5  # times as wide without it: a claim that has set an unknown
