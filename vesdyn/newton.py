@@ -14,7 +14,7 @@ steps with more drag go down the potential (`descend`); where those do not arriv
 (`vesdyn.relaxation`) takes over.
 """
 import numpy as np
-from scipy.linalg import LinAlgError, solve_banded
+from scipy.linalg.lapack import dgbsv
 
 from vesdyn import relaxation
 from vesdyn._jit import njit
@@ -127,10 +127,12 @@ def _step(balance, x, pressure, missing, scratch, band, more_drag=0.0):
     set_tangent(balance, x, pressure, scratch, band)
     band[BANDS] += more_drag * np.repeat(balance.body.reference_area, 2)
     fix_held(x, force, gradient, band)
-    try:
-        a, b = solve_banded((BANDS, BANDS), band, np.stack([force.ravel(), gradient.ravel()], axis=1)).T
-    except (LinAlgError, ValueError):
+    wide = np.zeros((3 * BANDS + 1, force.size), order="F")  # room for the pivots
+    wide[BANDS:] = band
+    *_, found, singular = dgbsv(BANDS, BANDS, wide, np.stack([force.ravel(), gradient.ravel()], axis=1), overwrite_ab=True)
+    if singular:
         return None
+    a, b = found.T
     g = gradient.ravel()
     dp = (missing * balance.volume - g @ a) / (g @ b)
     dx = (a + dp * b).reshape(-1, 2)
@@ -157,7 +159,7 @@ def residual(balance, x, pressure, scratch):
 
 @njit
 def set_tangent(balance, x, pressure, scratch, band):
-    """Overwrite ``band`` (2 BANDS + 1, 2 n_nodes), K = -dF/dx as `scipy.linalg.solve_banded` takes it."""
+    """Overwrite ``band`` (2 BANDS + 1, 2 n_nodes), K = -dF/dx as `scipy.linalg.solve_banded` would take it."""
     n, d = x.shape
     band[:] = 0.0
     y = x.copy()
