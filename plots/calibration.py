@@ -28,7 +28,9 @@ READ_WITH = """\
   "Other choices" tells how far they move with these.
 - Two data, "F3 uses its axis" and "F6 only slightly faster", were added when a first posterior had been seen, and the priors
   of drag and mobility were widened when a posterior had touched their ends. "Other choices" has a row for each of both.
-- "F5 saturates" and "F6 final hardly" set the mobility themselves ([claims](claims.md)): they are no independent support of it.
+- Legend and mobility stand on Figs. 5 and 6: "Other choices" has rows without each and without both, where little is left of
+  either. What sets a parameter is called calibrated in [claims](claims.md) and is no independent support.
+- The shipped drag and mobility (`configs/base/paper.yaml`) lie within the intervals of "With unknowns held".
 - Prestretch and thickness end where the model does: 1 is an unstressed sphere, the thinnest shell has next to no bending.
 - The direct sampler has no points near the improbable readings and cannot tell their evidence. This is found in three ways from
   one emulator: a sampling of each reading, one of all, and the scan of the prior under "Other choices".

@@ -460,6 +460,17 @@ def test_a_second_print_of_the_same_is_predicted_by_the_first(tmp_path, quadratu
     assert not verdicts["false"].sets
 
 
+def test_statements_that_say_the_same_do_not_hide_each_other(tmp_path, quadrature):
+    """Each alone is predicted by its twin; as claims of one figure both have set the mobility."""
+    twins = [number(name, "final(one)", 0.6, 0.006, figure=5) for name in ("first", "second", "third")]
+    _, apart = verdicts_of(tmp_path, [{**twin, "figure": k} for k, twin in enumerate(twins)] + [EARLY])
+    _, together = verdicts_of(tmp_path, [*twins, EARLY])
+    assert not any(apart[name].sets for name in ("first", "second", "third"))
+    for name in ("first", "second", "third"):
+        assert together[name].sets == ["receptors.mobility"] and together[name].word == "calibrated"
+        assert together[name].without_figure < 0.3 < 0.9 < apart[name].probability
+
+
 def test_probability_leaves_the_claim_out(tmp_path, quadrature):
     """A statement that only itself supports is as likely as the prior makes it, not as its own data do."""
     data = [EARLY, {"claim": "large", "value": "final(one)", "above": 0.6}]

@@ -20,6 +20,8 @@ kind exactly one is right; their priors are equal, so their evidence ratios are 
 A claim's probability is that of its statement in what is left without it: the posterior of all other data, averaged over
 thresholds and model error. A claim without which the interval of an unknown is SETS times as wide, or the volume
 of the posterior SETS times as large, has set that unknown: it is called calibrated and is no prediction, whatever its probability.
+This is tried twice: with the claim left out of all data, and with the claim added to what is left without its figure; two
+statements that say the same would else hide each other.
 """
 
 from typing import NamedTuple
@@ -202,6 +204,10 @@ class Samples(NamedTuple):
         off = self.places - self.weights @ self.places
         return (off * self.weights[:, None]).T @ off
 
+    def volume(self):
+        """Volume of the posterior, but for a factor, from the covariance."""
+        return float(np.sqrt(max(np.linalg.det(self.covariance()), _TINY)))
+
     def drawn(self, n, seed):
         """``n`` places drawn with these weights."""
         return self.places[np.random.default_rng(seed).choice(len(self.weights), n, p=self.weights)]
@@ -340,8 +346,9 @@ class Verdict(NamedTuple):
     by_threshold: tuple | None  # ends of its threshold's range and the probabilities there
     by_unknown: dict  # unknown: probabilities below and above its median
     by_measure: dict  # formula, of several: probability by reading, and by () where all are averaged
-    wider: dict  # unknown: interval without it / interval with it
-    larger: float  # volume of the posterior without it / with it, from the covariances
+    without_figure: float  # probability in what is left without all claims of its figure
+    wider: dict  # unknown: interval without it / interval with it, last of all or first of its figure, whichever is more
+    larger: float  # volume of the posterior without it / with it, from the covariances, likewise
     tail: float  # of a number: probability of one at least as far off; of a statement: its probability
 
     @property
@@ -415,10 +422,21 @@ def judge(likelihood, numbers_at, claim, posterior, scan, seed=0):
         if share.sum() > 0.0:
             part = probability(share, below=is_number)
             tail += share.sum() * (2.0 * min(part, 1.0 - part) if is_number else part)
-    volumes = [np.sqrt(max(np.linalg.det(some.covariance()), _TINY)) for some in (whole, posterior)]
-    wider = dict(zip(inference.unknowns, whole.widths() / posterior.widths()))
-    return Verdict(claim, first.says, agreed, by_reading, by_threshold, by_unknown, by_measure, wider,
-                   float(volumes[0] / volumes[1]), tail)  # fmt: skip
+    mates = _mates(inference, claim)
+    bare = found(likelihood, numbers_at, scan, mates, seed=seed)
+    first_in = found(likelihood, numbers_at, scan, tuple(other for other in mates if other != claim), seed=seed)
+    less = bare.thinned()
+    pairs = [(whole, posterior), (bare, first_in)]
+    wider = dict(zip(inference.unknowns, np.max([without.widths() / with_it.widths() for without, with_it in pairs], axis=0)))
+    larger = max(without.volume() / with_it.volume() for without, with_it in pairs)
+    return Verdict(claim, first.says, agreed, by_reading, by_threshold, by_unknown, by_measure,
+                   probability(less.readings * less.weights, numbers_at(less.places)), wider, larger, tail)  # fmt: skip
+
+
+def _mates(inference, claim):
+    """The claims of the figures of ``claim``, itself included: they may say the same in other words."""
+    figures = {term.figure for term in inference.terms if term.claim == claim} - {""}
+    return tuple(dict.fromkeys(term.claim for term in inference.terms if term.claim == claim or term.figure in figures))
 
 
 # The whole -----------------------------------------------------------------------------------------------

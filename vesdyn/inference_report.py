@@ -236,6 +236,7 @@ def changes(verdict):
     if verdict.by_measure:
         every = [p[()] for p in verdict.by_measure.values()]
         words.append(f"by measure {min(every):.2f} to {max(every):.2f}")
+    words.append(f"without its figure {verdict.without_figure:.2f}")
     unknown, (below, above) = max(verdict.by_unknown.items(), key=lambda item: abs(item[1][1] - item[1][0]))
     words.append(f"{unknown} below its median {below:.2f}, above {above:.2f}")
     return "; ".join(words)
@@ -253,7 +254,8 @@ def claims(result):
         "",
         "Each probability is that of the claim in what all other data leave. Calibrated: without the claim the interval of"
         f" an unknown is {SETS:g} times as wide, or the volume of the posterior as much larger: the claim has set a parameter"
-        " and is no prediction, whatever its probability.",
+        " and is no prediction, whatever its probability. It is left out of all data, and it is left out where nothing else of"
+        " its figure counts, for statements that say the same hide each other.",
         *(line for verdict in result.verdicts if verdict.by_measure for line in measures(result, verdict)),
     ]
 

@@ -206,7 +206,7 @@ def _choose_bending(case, scouts, decisions):
         decisions.append(f"bending: thickness {thickness:g}.")
         return case, scouts
     bare = case.model_copy(update={"membrane": case.membrane.model_copy(update={"thickness": 0.0})})
-    seen_bare = scouts and scout(bare, scouts[1].front_edge, min(180.0, MARGIN * scouts[1].reach))
+    seen_bare = scouts and scout(bare, scouts[1].front_edge, scouts[1].fine_angle)
     if not seen_bare:
         decisions.append(f"bending: thickness {thickness:g}.")
         return case, scouts
