@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from vesdyn import run
+from vesdyn import study as study_module
 from vesdyn.errors import RunError
 from vesdyn.study import (
     FAMILIES,
@@ -84,6 +85,22 @@ def test_runs_are_prepared_side_by_side(study):
     wanted = [("typical", {"drag": drag}) for drag in (0.07, 0.1)]
     side_by_side.prepare(wanted)
     assert all((side_by_side.path(*run) / "history.csv").exists() for run in wanted)
+
+
+def test_a_run_that_is_damaged_is_computed_anew_and_one_of_other_sources_told(study, tmp_path, monkeypatch):
+    study = Study(tmp_path / "runs", CONFIGS, every={**COARSE, **BRIEF})
+    history = study.history("typical")
+    file = study.path("typical") / "history.csv"
+    content = file.read_bytes()
+    file.write_bytes(content.replace(b"1", b"2"))
+    study_module._WHOLE.clear()  # as in a new process
+    with pytest.warns(UserWarning, match="history.csv is damaged"):
+        again = study.history("typical")
+    assert file.read_bytes() == content and all(np.array_equal(again[name], history[name]) for name in history)
+    study_module._WHOLE.clear()
+    monkeypatch.setattr(study_module, "sources_hash", lambda: "0" * 64)
+    with pytest.warns(UserWarning, match="was computed by other sources; remove it"):
+        study.history("typical")
 
 
 def test_a_run_that_fails_is_told(study):

@@ -963,9 +963,9 @@ def _read_checkpoint(file):
     """The `Checkpoint` in ``file``; raise `Damage` unless it is whole."""
     state, _, attributes = files.read_image(files.read(file))
     try:
-        marks = Marks(*(attributes[name] for name in Marks._fields))
+        marks = Marks(*(kind(attributes[name]) for name, kind in Marks.__annotations__.items()))
         return Checkpoint(state, attributes["case"], attributes["sources"], marks)
-    except KeyError:
+    except (KeyError, TypeError, ValueError):
         raise Damage("was written by another version") from None
 
 

@@ -375,6 +375,23 @@ def test_a_status_of_another_version_is_none(runs, old, new):
     assert_same(path, runs / "finished")
 
 
+@pytest.mark.fault("n2")
+@pytest.mark.parametrize(
+    "changed", [{"frames": None}, {"frames": "x"}, {"history_size": "x"}, {"history_size": -1}, {"frames": 99}, {"case": ""}]
+)
+def test_a_checkpoint_of_another_version_is_refused(runs, changed):
+    """Its checksum is right, its names are not ours."""
+    path = runs / "interrupted"
+    for name in ("checkpoint.h5", "checkpoint_previous.h5"):
+        state, _, attributes = files.read_image((path / name).read_bytes())
+        attributes = {key: value for key, value in {**attributes, **changed}.items() if value is not None}
+        (path / name).write_bytes(files.image(state, attributes))
+    with pytest.raises(DamagedRunError, match="--restart"):
+        quietly(run_case, CASE, path)
+    assert quietly(run_case, CASE, path, restart=True).state == "finished"
+    assert_same(path, runs / "finished")
+
+
 @pytest.mark.fault("n12")
 @pytest.mark.parametrize("text", ["provenance: !!bool abc", "provenance: !!int ''", "&a [*a]", "provenance: " + "[" * 3000, "x: \0"])
 def test_a_case_file_that_is_no_yaml_is_damaged(runs, text):
