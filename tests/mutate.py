@@ -32,8 +32,9 @@ PAGE = """\
 # Mutations: what is broken on purpose, and the test that sees it
 
 Written by `make mutate` from `tests/mutations.py`: the sources are broken in one place at a time, in a copy, and the
-fast tests named there are run. {caught} of {all} were seen.
+fast tests named there are run. {caught} of {all} were seen, {untried} were not tried since they changed.
 """
+NOTHING, UNTRIED = "nothing", "not tried yet"
 
 
 class Mutation(NamedTuple):
@@ -137,19 +138,20 @@ def is_setting(word):
 
 
 def stored(page):
-    """What the file ``page`` says of each mutation of the table: the test that saw it, or None."""
-    rows = re.findall(r"^\| (.+) \| `(\w+\.py)` \| `(\S+)` \|$", page.read_text(encoding="utf-8") if page.exists() else "", re.MULTILINE)
+    """What the file ``page`` says of each mutation of the table: the test that saw it, NOTHING or UNTRIED."""
+    rows = re.findall(r"^\| (.+) \| `(\w+\.py)` \| `?([^`]+)`? \|$", page.read_text(encoding="utf-8") if page.exists() else "", re.MULTILINE)
     found = {(what, file): test for what, file, test in rows}
-    return {mutation: found.get((mutation.what, mutation.file)) for mutation in mutations()}
+    return {mutation: found.get((mutation.what, mutation.file), UNTRIED) for mutation in mutations()}
 
 
 def page(seen):
-    """The page, as text; ``seen`` maps each mutation to the test that saw it, or None."""
-    lines = [PAGE.format(caught=sum(map(bool, seen.values())), all=len(seen))]
+    """The page, as text; ``seen`` maps each mutation to the test that saw it, NOTHING or UNTRIED."""
+    caught = sum(test not in (NOTHING, UNTRIED) for test in seen.values())
+    lines = [PAGE.format(caught=caught, all=len(seen), untried=list(seen.values()).count(UNTRIED))]
     for kind in TABLE:
         lines += [f"## {kind}", "", "| broken | in | seen by |", "|---|---|---|"]
         lines += [
-            f"| {mutation.what} | `{mutation.file}` | {f'`{test}`' if test else 'nothing'} |"
+            f"| {mutation.what} | `{mutation.file}` | {test if test in (NOTHING, UNTRIED) else f'`{test}`'} |"
             for mutation, test in seen.items()
             if mutation.kind == kind
         ]
@@ -194,10 +196,10 @@ def main():
         results = pool.map(lambda mutation: borrow(lambda copy: copy.run_mutated(mutation)), chosen)
         seen = {}
         for mutation, result in zip(chosen, results):
-            seen[mutation] = result.seen_by
+            seen[mutation] = result.seen_by or NOTHING
             told = f"seen by {result.seen_by}" if result.seen_by else f"SURVIVES\n{result.words}"
             print(f"{mutation.file}: {mutation.what}: {told}", flush=True)
-    survivors = [mutation for mutation, test in seen.items() if test is None]
+    survivors = [mutation for mutation, test in seen.items() if test == NOTHING]
     print(f"{len(chosen) - len(survivors)} of {len(chosen)} mutations are seen ({time.monotonic() - began:.0f} s).")
     for mutation in survivors:
         print(f"survives: {mutation.file}: {mutation.what}")

@@ -30,7 +30,9 @@ def marked_tests():
 
 
 def rows_of(name):
-    """Rows of the file ``name`` beside this one, as dicts of text."""
+    """Rows of the file ``name`` beside this one, as dicts of text; none where there is no such file yet."""
+    if not (HERE / name).exists():
+        return []
     with open(HERE / name, newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
 
@@ -50,8 +52,7 @@ def table():
         "Each time the run went on to the same bits, or a sentence said what to do; a failure is wrong data, a traceback, a"
         " hang, or a file outside the run's directory.",
         "",
-        "| tried | number |",
-        "|---|---|",
+        *(["| tried | number |", "|---|---|"] if rows_of("tried.csv") else ["Not counted yet: `make faults` does."]),
         *(f"| {row['what']} | {int(row['number']):,} |" for row in rows_of("tried.csv")),
         "",
         "## What safety costs",
@@ -59,6 +60,7 @@ def table():
         *(f"Of the {row['seconds']} s that the case `{row['case']}` takes ({row['steps']} steps, {row['frames']} frames,"
           f" {row['checkpoints']} checkpoints), checksums take {float(row['checksums']):.2%} and syncs {float(row['syncs']):.2%}."
           for row in rows_of("cost.csv")),
+        *([] if rows_of("cost.csv") else ["Not measured yet: `make faults` does."]),
         "",
         "## Each fault",
         "",
