@@ -56,6 +56,9 @@ TINY = {  # script: changes made to each run, arguments of measure()
 }  # fmt: skip
 
 
+PAGES = {"real": ("real.md",)}  # what a script writes beside its picture
+
+
 @pytest.fixture(autouse=True)
 def scripts_are_found(monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "plots"))
@@ -99,7 +102,7 @@ def test_script_imports_no_other_and_marches_by_no_loop_of_its_own(name):
 def test_script_measures_and_draws(name, study_of, tmp_path):
     script, (every, arguments) = importlib.import_module(name), TINY[name]
     script.draw(script.measure(study_of(every), **arguments), tmp_path / "out")
-    assert written(tmp_path / "out") == [f"{name}.pdf", f"{name}.png"]
+    assert written(tmp_path / "out") == [*PAGES.get(name, ()), f"{name}.pdf", f"{name}.png"]
 
 
 TINY_INFERENCE = """
