@@ -18,6 +18,7 @@ from scipy.linalg.lapack import dgbsv
 
 from vesdyn import relaxation
 from vesdyn._jit import njit
+from vesdyn.adhesion import bound_receptors
 from vesdyn.balance import CONVERGED, VOLUME_TOLERANCE, Solution, force_scale, incremental_potential, set_forces
 from vesdyn.body import dimension
 from vesdyn.errors import CaseError
@@ -86,7 +87,7 @@ def descend(balance, start, pressure, limits, scratch, band, pause=lambda: None)
         if mu > most:  # the forces are no gradient here, as where ligands are short: no drag leads down
             return None
         if size <= limits.tolerance and abs(missing) <= VOLUME_TOLERANCE:
-            if not is_lower(balance, x, start, pressure, scratch):
+            if has_let_go(balance, start, x):  # a lower residual may lead there as well
                 return None
             return Solution(x, CONVERGED, _ITERATIONS + iteration, size, float(pressure))
         pause()
@@ -117,6 +118,11 @@ def is_lower(balance, x, start, pressure, scratch):
     """
     here, before = (incremental_potential(balance, y, pressure, scratch) for y in (x, start))
     return here <= before + _ROUNDING * abs(before)
+
+
+def has_let_go(balance, start, x):
+    """True where receptors were in reach of the substrate at ``start`` and none are at ``x``."""
+    return bound_receptors(balance.adhesion, balance.number, start) > 0.0 == bound_receptors(balance.adhesion, balance.number, x)
 
 
 def _step(balance, x, pressure, missing, scratch, band, more_drag=0.0):

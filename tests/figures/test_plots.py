@@ -25,7 +25,6 @@ COARSE_AND_BRIEF = {**MESH, **BRIEF, "solver.tolerance": 1e-3}
 MOVED = {**COARSE_AND_BRIEF, "perturbation.at": 0.012}  # the front is displaced within the brief run
 
 TINY_READINGS = Reading("front", 0.28, 0.003), Reading("density", 2.3, 0.2)  # about those of brief runs
-WITH_A_PAGE = {"drag"}  # scripts that write a page of docs/ too
 OF_THEIR_OWN = {"calibration", "claims"}  # scripts with a test of their own, below
 
 TINY = {  # script: changes made to each run, arguments of measure()
@@ -57,6 +56,9 @@ TINY = {  # script: changes made to each run, arguments of measure()
         "in_space": {"mode": 5, "thickness": 0.02, "edge": 0.1, "start": 0.01, "end": 0.03, "size": 1e-3},
     }),
 }  # fmt: skip
+
+
+PAGES = {"drag": ("drag.md",), "real": ("real.md",)}  # what a script writes beside its picture
 
 
 @pytest.fixture(autouse=True)
@@ -102,8 +104,7 @@ def test_script_imports_no_other_and_marches_by_no_loop_of_its_own(name):
 def test_script_measures_and_draws(name, study_of, tmp_path):
     script, (every, arguments) = importlib.import_module(name), TINY[name]
     script.draw(script.measure(study_of(every), **arguments), tmp_path / "out")
-    pages = [f"{name}.md"] if name in WITH_A_PAGE else []
-    assert written(tmp_path / "out") == [*pages, f"{name}.pdf", f"{name}.png"]
+    assert written(tmp_path / "out") == [*PAGES.get(name, ()), f"{name}.pdf", f"{name}.png"]
 
 
 TINY_INFERENCE = """
