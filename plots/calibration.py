@@ -32,8 +32,8 @@ READ_WITH = """\
   either. What sets a parameter is called calibrated in [claims](claims.md) and is no independent support.
 - The shipped drag and mobility (`configs/base/paper.yaml`) lie within the intervals of "With unknowns held".
 - Prestretch and thickness end where the model does: 1 is an unstressed sphere, the thinnest shell has next to no bending.
-- The direct sampler has no points near the improbable readings and cannot tell their evidence. This is found in three ways from
-  one emulator: a sampling of each reading, one of all, and the scan of the prior under "Other choices".
+- The evidence of improbable readings is found in two ways from one emulator: nested sampling of all readings, and a scan of the
+  prior. A sampler without the emulator has no points near them and cannot tell it.
 """
 
 
@@ -64,6 +64,8 @@ def draw(measured, out=looks.ROOT / "docs"):
     (opening, own), (_, tried) = sections(measured["folder"]), sections(measured["trials"])
     text = ["# Which parameters did the paper use?\n", "Written by `python plots/calibration.py`. What to read it with:\n", READ_WITH]
     text += [f"![{name}](inference-{name}.png)\n" for name in PICTURES]
+    if "Without the emulator" not in own:
+        text += ["No sampler without the emulator was run for this page (`DIRECT`, or `vesdyn infer --direct`).\n"]
     text += [opening.partition("\n\n")[2], *(f"\n## {title}\n{body}" for title, body in own.items())]
     text += ["\n## Are unknowns recovered?\n\nSynthetic experiments: two curves each, of runs with unknowns drawn from their priors, with"
              " noise (`vesdyn infer configs/inference/own-curves.yaml --trials`). Told is in how many of them the true unknowns lie in"
