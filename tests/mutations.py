@@ -213,7 +213,6 @@ TABLE = {
             ("negative densities are stepped from", "if number.min() <= 0.0:", "if False:", "stability/test_coupling_step.py::test_second_order_falls_back_to_first_where_it_would_go_negative"),
             ("clipped conductances are not told", "clipped_edges=clipped", "clipped_edges=0", "test_spreading.py::test_clipped_conductances_are_told"),
             ("a displaced front goes on with order 2", "volume=volume, steps=0)", "volume=volume)", "test_perturbation.py::test_motion_begins_anew_and_receptors_stay"),
-            ("a displaced front takes its receptors along", "number_before=state.number, area=area", "number_before=area, area=area", "test_perturbation.py::test_motion_begins_anew_and_receptors_stay"),
             ("a state of another mesh is taken", 'stored.pop("mesh", None) != self.mesh_checksum or', 'stored.pop("mesh", None) and', "test_run.py::test_state_of_another_mesh_is_refused_with_the_remedy"),
             ("folded membrane is that beyond the cutoff", "BINDING_GAP * self.case.adhesion.cutoff)", "0.0)", "test_spreading.py::test_folded_membrane_is_what_is_bound_upside_down"),
         ],
