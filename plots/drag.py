@@ -96,7 +96,7 @@ def page(measured):
         "",
         f"Read as the paper's damping: viscous forces that dissipate {FRACTION:g} of the strain energy of the first increment of"
         f" {FIRST_STEP:g}. The drag that this comes to, the front after the increment (without drag, receptors where they are), and a"
-        " run with this drag to its end; chosen anew in each step the drag stays of that size.",
+        " run with this drag to its end. A choice anew in each step was not run; it takes the same part of each increment's energy.",
         "",
         *table(["case", "mobility", "drag", "r after the increment", "r(0.140)", "final A"], stabilised),
         "",

@@ -235,9 +235,7 @@ def draw_separations(ax, curves, key):
     plain(ax.xaxis, (0.01, 0.03, 0.1, 0.3, 1.0, 3.0))
     plain(ax.yaxis, (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0))
     as_percent(ax.yaxis)
-    ax.legend(
-        loc="lower center", bbox_to_anchor=(0.5, 0.12), title="thin: errors of the two together", title_fontsize=7
-    )
+    legend_below(ax, "thin: errors of the two together")
 
 
 def draw_exponents(ax, curves, key=None):
