@@ -18,11 +18,11 @@ SCENES = {  # case: name, a0 [um], a0^2/D [s]
     "real/white-cell": ("white cell", 8.5, 3610.0),
 }
 COLORS = ((DARK, "-"), (LIGHT, "--"), (GREEN, "-."), (RED, ":"))
-CLOSER = 0.25  # wish of the run by which the error that is stated is tried, over that of the case
+CLOSER = 0.5  # wish of the run by which the error that is stated is tried, over that of the case
 
 
 def measure(study, scenes=SCENES):
-    """By scene: A(t), the stated error and that found by a run at a quarter of the wish, time, shapes."""
+    """By scene: A(t), the stated error and that found by a run at half the wish, time, shapes."""
     closer = {name: {"accuracy": CLOSER * study.case(name).accuracy} for name in scenes}
     study.prepare([run for name in scenes for run in ((name, {}), (name, closer[name]))])
     measured = {}
@@ -56,7 +56,7 @@ def disagreement(history, finer):
 
 def draw(measured, out=looks.OUT):
     looks.table(
-        "real scenes: areas in a0^2; error stated at the end, and found by a run at a quarter of the wish",
+        "real scenes: areas in a0^2; error stated at the end, and found by a run at half the wish",
         ["case", "nodes", "front edge", "steps", "CPU [s]", "final A", "r", "height", "membrane", "stated", "found"],
         [
             (name, m["nodes"], m["edge"], len(m["time"]), m["seconds"], m["area"][-1], m["radius"], m["height"],
@@ -93,8 +93,8 @@ def page(measured):
         "![Binding area against time, and shapes](real.png)",
         "",
         "A(t) in the band of the error that each run states; below the shapes at the start, at the frames and at the end,"
-        " the later the darker. A run says what error it believes to have; how far it is off is told by a run at a"
-        f" quarter of its wish ({len(measured)} scenes, all at the wish that stands in their file).",
+        " the later the darker. A run says what error it believes to have; how far it is off is told by a run at"
+        f" half its wish ({len(measured)} scenes, all at the wish that stands in their file).",
         "",
         "| scene | nodes | shortest edge [um] | steps | CPU [s] | final area [um2] | contact radius [um] | height [um] |"
         " membrane stretched by | 95 % of the final area after [s] | error stated, largest | error found, largest |",
