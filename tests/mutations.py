@@ -22,7 +22,7 @@ CONTINUED = "test_case.py::test_what_may_change_when_a_run_goes_on"
 DISK_FULL = "faults/test_write_errors.py::test_disk_full_at_any_call"
 SAME_BITS = "test_run.py::test_interrupted_run_goes_on_to_the_same_bits"
 VOLUME = PY + "test_relaxation.py::test_one_iteration_closes_the_volume_to_first_order"
-LEDGER = "test_spreading.py::test_energy_is_balanced"
+LEDGER = "test_scheme.py::test_energy_is_balanced"
 INSIDE = "stability/test_fictitious_mass.py::test_just_inside_the_critical_mass[axisymmetric-membrane-viscous]"
 SYNCS = "test_files.py"
 NOTES = "test_run.py::test_mesh_step_and_belief_that_missed_the_wish_are_told_after_a_run"
@@ -188,7 +188,7 @@ TABLE = {
             ("half the pressure moves the nodes", "force = nodal[i, k] + pressure * nodal[i, d + k]", "force = nodal[i, k] + 0.5 * pressure * nodal[i, d + k]", VOLUME),
             ("the volume after the last move is not asked for", "and not has_volume(balance, x, scratch)", "and False", PY + "test_relaxation.py::test_a_solution_has_its_volume_however_loose_the_tolerance"),
             ("a stall passes for a balance", "status = STALLED if last", "status = CONVERGED if last", PY + "stability/test_fictitious_mass.py::test_one_iteration_too_few_is_a_stall[axisymmetric]"),
-            ("an explosion is not noticed", "if not (residual < _EXPLODED and np.isfinite(volume)):", "if False:", PY + "test_relaxation.py::test_not_a_number_is_a_divergence_at_once[axisymmetric]"),
+            ("an explosion is not noticed", "if runs_away or not (residual < _EXPLODED and np.isfinite(volume)):", "if False:", PY + "test_relaxation.py::test_not_a_number_is_a_divergence_at_once[axisymmetric]"),
             ("too light a mass", "scratch.mass[:] *= 0.25", "scratch.mass[:] *= 0.1", PY + INSIDE),
             ("the damping is not centred in time", "keep, gain = (2.0 - damping) / (2.0 + damping), 2.0 / (2.0 + damping)", "keep, gain = 1.0 - damping, 1.0", PY + INSIDE),
             ("a failed relaxation is not tried with more mass", "_HEAVIER = (1.0, 4.0, 16.0)", "_HEAVIER = (1.0,)", PY + "test_relaxation.py::test_a_relaxation_that_fails_is_tried_with_more_mass"),
@@ -202,19 +202,19 @@ TABLE = {
             ("the dissipation has the other sign", "return worked, np.sum(", "return worked, -np.sum(", LEDGER),
             ("half the adhesion work", "state.adhesion_work + worked", "state.adhesion_work + 0.5 * worked", LEDGER),
             ("the dissipation is that of the last step", "dissipation=state.dissipation + dissipated", "dissipation=dissipated", LEDGER),
-            ("order 2 is order 1", "self.case.time.order == 2 and started", "False", "test_spreading.py::test_second_order_is_nearer_to_short_steps"),
-            ("steps of unequal length are taken for equal", "w = dt / dt_before", "w = 1.0", "test_spreading.py::test_backward_differences_are_exact_for_polynomials_of_their_order"),
-            ("the receptors move on the membrane of before", "ahead if second_order else state.x", "state.x", "test_spreading.py::test_receptors_of_order_2_move_on_the_membrane_seen_ahead"),
+            ("order 2 is order 1", "self.case.time.order == 2 and started", "False", "test_scheme.py::test_second_order_is_nearer_to_short_steps"),
+            ("steps of unequal length are taken for equal", "w = dt / dt_before", "w = 1.0", "test_scheme.py::test_backward_differences_are_exact_for_polynomials_of_their_order"),
+            ("the receptors move on the membrane of before", "ahead if second_order else state.x", "state.x", "test_scheme.py::test_receptors_of_order_2_move_on_the_membrane_seen_ahead"),
             ("the drag forgets the length of the step", "self.case.drag / rate.step,", "self.case.drag,", LEDGER),
-            ("the density is uneven in no mode", "amplitude * np.cos(self.case.perturbation.mode * angle)", "amplitude * np.cos(angle)", "test_spreading.py::test_uneven_density_has_its_mode"),
-            ("frozen receptors thin out", "number=area if self.adhesion.frozen else number", "number=number", "test_spreading.py::test_frozen_receptors_keep_their_density"),
-            ("a landing with the inner side down passes", "if area_facing_away(self.body.topology, solution.x, 0.0) > 0.0:", "if False:", "test_spreading.py::test_a_landing_with_the_inner_side_down_is_no_balance"),
-            ("the step is blind to the receptors", "abs(seen / came - 1.0) if came > 0.0 else 0.0", "0.0", "test_spreading.py::test_the_step_is_controlled_by_the_receptors_in_reach"),
+            ("the density is uneven in no mode", "amplitude * np.cos(self.case.perturbation.mode * angle)", "amplitude * np.cos(angle)", "test_scheme.py::test_uneven_density_has_its_mode"),
+            ("frozen receptors thin out", "number=area if self.adhesion.frozen else number", "number=number", "test_scheme.py::test_frozen_receptors_keep_their_density"),
+            ("a landing with the inner side down passes", "if area_facing_away(self.body.topology, solution.x, 0.0) > 0.0:", "if False:", "test_scheme.py::test_a_landing_with_the_inner_side_down_is_no_balance"),
+            ("the step is blind to the receptors", "abs(seen / came - 1.0) if came > 0.0 else 0.0", "0.0", "test_scheme.py::test_the_step_is_controlled_by_the_receptors_in_reach"),
             ("negative densities are stepped from", "if number.min() <= 0.0:", "if False:", "stability/test_coupling_step.py::test_second_order_falls_back_to_first_where_it_would_go_negative"),
-            ("clipped conductances are not told", "clipped_edges=clipped", "clipped_edges=0", "test_spreading.py::test_clipped_conductances_are_told"),
+            ("clipped conductances are not told", "clipped_edges=clipped", "clipped_edges=0", "test_scheme.py::test_clipped_conductances_are_told"),
             ("a displaced front goes on with order 2", "volume=volume, steps=0)", "volume=volume)", "test_perturbation.py::test_motion_begins_anew_and_receptors_stay"),
             ("a state of another mesh is taken", 'stored.pop("mesh", None) != self.mesh_checksum or', 'stored.pop("mesh", None) and', "test_run.py::test_state_of_another_mesh_is_refused_with_the_remedy"),
-            ("folded membrane is that beyond the cutoff", "BINDING_GAP * self.case.adhesion.cutoff)", "0.0)", "test_spreading.py::test_folded_membrane_is_what_is_bound_upside_down"),
+            ("folded membrane is that beyond the cutoff", "BINDING_GAP * self.case.adhesion.cutoff)", "0.0)", "test_scheme.py::test_folded_membrane_is_what_is_bound_upside_down"),
         ],
     },
     "Steps, events and steadiness": {
@@ -418,7 +418,7 @@ TABLE = {
             ("huge files are read", "if status.st_size > LARGEST_FILE:", "if False:", "test_case_file.py::test_endless_and_huge_files_are_refused_at_once"),
             ("bases in a circle are followed", "if any(os.path.realpath(path) == os.path.realpath(file) for file in above):", "if False:", "test_case_file.py::test_refusals_name_the_file_of_the_fault"),
             ("bases are followed without end", "if len(above) > MOST_BASES:", "if False:", "test_case_file.py::test_many_faults_bases_frames_and_cases_make_few_sentences"),
-            ("a sweep that is swept over is not told", "if _is_set(level) and _holds(level.keys, key)", "if False and _holds(level.keys, key)", "test_case_file.py::test_refused_sweeps"),
+            ("a sweep that is swept over is not told", "if _is_set(level) and _holding(level.keys)(key)", "if False and _holds(level.keys, key)", "test_case_file.py::test_refused_sweeps"),
         ],
         "refusals.py": [
             ("control characters reach the terminal", 'text = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text[: longest + 1])', "text = text[: longest + 1]",

@@ -13,7 +13,7 @@ from vesdyn.spreading import Spreading
 
 UNITS = {
     "a0^2/D": "time", "a0": "contact_radius height gap_min centre_gap free_tension_min_height",
-    "a0^2": "binding_area membrane_area folded_area", "kT/a0^3": "pressure", "kT/a0^2": "tension_min free_tension_min",
+    "a0^2": "binding_area membrane_area folded_area near_area", "kT/a0^3": "pressure", "kT/a0^2": "tension_min free_tension_min",
     "kT": "elastic_energy adhesion_work dissipation", "c_r0": "density_min density_max",
     "1": "volume_error receptor_number_error iterations residual clipped_edges step_error area_error",
 }  # fmt: skip

@@ -73,7 +73,7 @@ def load_sweep(path, overrides=(), **changes):
         if not isinstance(values, list) or not values:
             raise CaseError(f"{where}: {printable(key)}: not a list of values; write one such as [0.06, 0.1].")
         for level in scene.levels:
-            if _is_set(level) and _holds(level.keys, key) and not isinstance(_at(level.keys, key), dict):
+            if _is_set(level) and _holding(level.keys)(key) and not isinstance(_at(level.keys, key), dict):
                 raise CaseError(
                     f"{level.where}{printable(key)}: is swept in {scene.path}; change it there or by --set sweep={{...}}."
                 )
@@ -182,8 +182,10 @@ def _is_set(level):
 def _case(levels, path):
     """The case of ``levels``; warns of what gave way."""
 
+    holding = [(level.where, _holding(level.keys)) for level in reversed(levels)]
+
     def origin(key):
-        where = next((level.where for level in reversed(levels) if _holds(level.keys, key)), f"{path}: ")
+        where = next((where for where, holds in holding if holds(key)), f"{path}: ")
         return f"{where}{key}"
 
     keys, notes = merged([level.keys for level in levels])
@@ -199,21 +201,30 @@ def _with_stored_defaults(case, scene):
     if not isinstance(scene.defaults, dict):
         raise CaseError(f"{where}: not a mapping of keys to values; take it out.")
     level = _level(f"{where}: ", scene.defaults)
-    given = case.given_keys()
-    return case.with_defaults(level.keys, lambda key: f"{scene.path if _holds(given, key) else where}: {key}")
+    given = _holding(case.given_keys())
+    return case.with_defaults(level.keys, lambda key: f"{scene.path if given(key) else where}: {key}")
 
 
-def _holds(keys, key):
-    """Whether the nested dict ``keys`` has the dotted ``key``, or one above it that holds a value."""
-    if not isinstance(keys, dict):
-        return True
-    for name, inner in keys.items():
-        head, rest = name_shown(name), str(key).removeprefix(name_shown(name))
-        if str(key).startswith(head) and (not rest or re.fullmatch(r"(\[\d+\])+", rest)):
-            return True
-        if str(key).startswith(f"{head}.") and _holds(inner, rest[1:]):
-            return True
-    return False
+def _holding(keys):
+    """A function: whether the nested dict ``keys`` has a dotted key, as sentences have it, or one above it that holds a value."""
+    every, values = set(), set()
+
+    def walk(nested, prefix):
+        for name, inner in nested.items():
+            dotted = prefix + name_shown(name)
+            every.add(dotted)
+            if isinstance(inner, dict):
+                walk(inner, f"{dotted}.")
+            else:
+                values.add(dotted)
+
+    def holds(key):
+        key = str(key)
+        listed = re.sub(r"(\[\d+\])+$", "", key)
+        return key in every or listed in every or any(key[:i] in values for i, sign in enumerate(key) if sign == ".")
+
+    walk(keys, "")
+    return holds
 
 
 def _at(keys, key):

@@ -20,7 +20,7 @@ from vesdyn import relaxation
 from vesdyn._jit import njit
 from vesdyn.adhesion import bound_receptors
 from vesdyn.balance import CONVERGED, VOLUME_TOLERANCE, Solution, force_scale, incremental_potential, set_forces
-from vesdyn.body import dimension
+from vesdyn.body import area_facing_away, dimension
 from vesdyn.errors import CaseError
 from vesdyn.substrate import is_held, land, normal_axis
 
@@ -49,7 +49,7 @@ def newton(balance, starts, pressure, limits, scratch, pause=lambda: None):
     size, missing = residual(balance, x, pressure, scratch)
     for iteration in range(min(_ITERATIONS, limits.max_iterations)):
         if size <= limits.tolerance and abs(missing) <= VOLUME_TOLERANCE:
-            if not is_lower(balance, x, starts[0], pressure, scratch):
+            if not is_lower(balance, x, starts[0], pressure, scratch) or lies_inside_down(balance, x):
                 break
             return Solution(x, CONVERGED, iteration, size, float(pressure))
         pause()
@@ -102,7 +102,8 @@ def descend(balance, start, pressure, limits, scratch, band, pause=lambda: None)
         new_pressure = pressure + share * dp
         new_size, new_missing = residual(balance, trial, new_pressure, scratch)
         falls = np.isfinite(new_size) and is_lower(balance, trial, x, new_pressure, scratch)
-        if falls or new_size + abs(new_missing) < size + abs(missing):
+        nearer = falls or new_size + abs(new_missing) < size + abs(missing)
+        if nearer and not lies_inside_down(balance, trial):
             x, pressure, size, missing = trial, new_pressure, new_size, new_missing
             mu *= _LESS_DRAG
         else:
@@ -118,6 +119,11 @@ def is_lower(balance, x, start, pressure, scratch):
     """
     here, before = (incremental_potential(balance, y, pressure, scratch) for y in (x, start))
     return here <= before + _ROUNDING * abs(before)
+
+
+def lies_inside_down(balance, x):
+    """True where membrane lies on the substrate with its inner side down, as after a step that turns an element over."""
+    return area_facing_away(balance.body.topology, x, 0.0) > 0.0
 
 
 def has_let_go(balance, start, x):

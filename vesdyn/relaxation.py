@@ -40,6 +40,7 @@ _KINETIC_FLOOR = 0.1  # viscous damping that goes with kinetic damping, against 
 _EXPLODED = 1e6  # a residual that no start of a step has: something grows without bound
 _HEAVIER = (1.0, 4.0, 16.0)  # a relaxation that fails starts again with a larger fictitious mass
 _VOLUME_A_MOVE = 0.01  # of the volume that an iteration restores at most: a larger leap outruns the fictitious mass
+_LEAP = 2000  # iterations after which less than that is missing, or the moves only undo what the pressure restores
 _NODES_A_SITTING = 4_000_000  # nodes times iterations between two looks at whether to stop: a few tenths of a second
 
 
@@ -189,7 +190,8 @@ def relax(balance, limits, x, progress, is_kinetic, sitting, scratch):
         pressure = restoring_pressure(balance, x, closed, pressure, keep, gain, scratch)
         residual, kinetic, power, total_power = move_nodes(balance, x, pressure, keep, gain, scratch)
 
-        if not (residual < _EXPLODED and np.isfinite(volume)):
+        runs_away = abs(missing) > most and iteration >= _LEAP
+        if runs_away or not (residual < _EXPLODED and np.isfinite(volume)):
             return Progress(DIVERGED, iteration + 1, residual, pressure, kinetic, power)
         if residual <= limits.tolerance and abs(missing) <= VOLUME_TOLERANCE * balance.volume:
             return Progress(CONVERGED, iteration + 1, residual, pressure, kinetic, power)

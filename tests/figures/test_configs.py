@@ -10,14 +10,14 @@ from vesdyn.study import Study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 NAMES = sorted(file.stem for file in CONFIGS.glob("*.yaml"))
-COARSE = {"mesh.front_edge": 0.05, "mesh.far_edge": 0.1, "solver.tolerance": 1e-3}
+COARSE = {"mesh.front_edge": 0.03, "mesh.far_edge": 0.1, "solver.tolerance": 1e-3}
 BRIEF = {"time.end": 0.008, "time.step": 0.002, "output.frames": [0.004]}
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_case_takes_a_few_steps(name, tmp_path, monkeypatch):
     monkeypatch.setattr("vesdyn.run._draw", lambda directory: None)
-    displaced = load_case(CONFIGS / f"{name}.yaml").perturbation.front > 0
+    displaced = load_case(CONFIGS / f"{name}.yaml").perturbation.restarts
     changes = {**COARSE, **BRIEF, **({"perturbation.at": 0.004} if displaced else {})}
     study = Study(tmp_path, CONFIGS, jobs=1)
     history = study.history(name, changes)

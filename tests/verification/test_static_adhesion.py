@@ -86,7 +86,7 @@ def test_surface(prestretch, layout):
 def slack_state(model, edge, traction, **more):
     """The paper's start without tension: led to statics over physical time by drag, which is then taken away."""
     dragged, free = (Spreading(static_case(model, edge, traction, drag=drag, **more)) for drag in (0.07, 0.0))
-    state = marched(dragged, 0.002 * 2.0 ** np.arange(17)).state
+    state = marched(dragged, 0.002 * 1.5 ** np.arange(29)).state
     return static_state(marched(free, [2.0 * state.time], state))
 
 
