@@ -272,7 +272,7 @@ TABLE = {
             ("a file is moved before it has reached the disk", "                sync(handle)\n", "", SYNCS),
             ("the directory is not synced", "        sync_directory(file.parent)\n", "", SYNCS),
             ("a file is written in its place", "handle = os.open(part, os.O_WRONLY", "handle = os.open(file, os.O_WRONLY", DISK_FULL),
-            ("half a file is left behind", "with suppress(OSError):\n                os.unlink(part)", "pass", DISK_FULL),
+            ("half a file is left behind", "with suppress(OSError):\n                os.unlink(part)", "pass", SYNCS),
             ("half a write passes for a whole one", "left = left[os.write(handle, left) :]", "left = left[os.write(handle, left) + len(left) :]", SYNCS),
             ("an error of a sync is passed over", "if error.errno not in (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP):", "if False:", DISK_FULL + " " + SYNCS),
             ("an error of a directory's sync is passed over", "if error.errno not in _CANNOT_SYNC:", "if False:", DISK_FULL + " " + SYNCS),

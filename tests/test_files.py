@@ -86,3 +86,13 @@ def test_errors_of_syncs_are_told_unless_the_file_system_has_none(tmp_path, monk
         assert not (tmp_path / "b").exists()
     else:
         replace_file(tmp_path, "b", b"content")
+
+
+def test_a_write_that_fails_leaves_nothing_behind(tmp_path, monkeypatch):
+    def full(handle, content):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(files.os, "write", full)
+    with pytest.raises(files.WriteError, match="the disk is full"):
+        files.replace_file(tmp_path, "a.txt", b"content")
+    assert not list(tmp_path.iterdir())
