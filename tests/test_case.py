@@ -453,3 +453,17 @@ def test_frames_that_are_refused(frames, sentence):
     with pytest.raises(CaseError) as error:
         case(**{"time.end": 0.3, "output.frames": frames})
     assert sentence in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "sentence"),
+    [
+        ("membrane.thickness", 1e-9, "1e-09 is out of range; it must be 0 or at least 1e-06."),
+        ("drag", 1e-20, "1e-20 is out of range; it must be 0 or at least 1e-15."),
+        ("membrane.shear_modulus", 1e13, "out of range; it must be at most 1e+12."),
+    ],
+)
+def test_limits_of_either_side(key, value, sentence):
+    with pytest.raises(CaseError) as refused:
+        case(**{key: value})
+    assert str(refused.value).startswith(f"{key}: ") and sentence in str(refused.value)

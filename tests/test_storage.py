@@ -153,8 +153,18 @@ def test_half_a_row_is_passed_over_and_dropped(directory):
     directory.write_checkpoint({"time": 0.2})
     directory.history_file.write_bytes(whole + b"0.3")
     assert directory.history()["time"].tolist() == [0.1, 0.2]
+    directory.history_file.write_bytes(whole + b"0.3\n")  # a line of its own, with a number too few
+    assert directory.history()["time"].tolist() == [0.1, 0.2]
     RunDirectory(directory.path).restore(CASE)
     assert directory.history_file.read_bytes() == whole
+
+
+def test_a_status_that_is_not_as_it_was_written_is_none(directory):
+    directory.write_status("failed", "it diverged", 1.5)
+    written = directory.status_file.read_text()
+    assert directory.status()["wall_time"] == 1.5
+    directory.status_file.write_text(written.replace("1.5", "2.5"))
+    assert directory.status() == {}
 
 
 # Going on
