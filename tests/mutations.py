@@ -405,8 +405,8 @@ TABLE = {
             ("010 is a number", '_INTEGER = re.compile(r"[-+]?(0|[1-9][0-9]{0,399})")', '_INTEGER = re.compile(r"[-+]?[0-9]{1,399}")', YAML_NUMBERS),
             ("the second of two keys wins", "if key.value in mapping:", "if False:", NO_CASE),
             ("errors of the reader pass through", "except Exception as error:  # PyYAML", "except ZeroDivisionError as error:  # PyYAML", NO_CASE + " faults/test_case_inputs.py::test_every_file_that_is_none"),
-            ("aliases are expanded without end", "if values > MOST_VALUES:", "if values > 10**6:", "faults/test_case_inputs.py::test_every_file_that_is_none"),
-            ("tags are passed over", "        if node.tag != _UNTAGGED:\n", "        if False:\n", "faults/test_case_inputs.py::test_every_file_that_is_none"),
+            ("aliases are expanded without end", "if values > MOST_VALUES:", "if values > 10**6:", "test_case_file.py::test_tags_and_very_many_values_are_refused"),
+            ("tags are passed over", "        if node.tag != _UNTAGGED:\n", "        if False:\n", "test_case_file.py::test_tags_and_very_many_values_are_refused"),
         ],
         "case.py": [
             ("unknown keys are passed over", 'extra="forbid"', 'extra="ignore"', "test_case_file.py::test_refusals_name_file_key_value_and_remedy"),

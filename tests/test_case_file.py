@@ -623,3 +623,18 @@ def test_a_stored_mesh_file_can_be_given_up(tmp_path):
 def test_a_second_document_is_told_in_whole_words(tmp_path):
     with pytest.raises(CaseError, match="line 2: expected a single document in the stream, but found another"):
         load_case(_written(tmp_path / "a.yaml", "name: a\n---\nname: b"))
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("name: a\nmembrane: !mine {thickness: 0.01}\n", "the tag !mine is not needed here"),
+        ("name: a\noutput: {frames: !!set [0.1]}\n", "the tag !!set is not needed here"),
+        (f"name: a\nx: &x {[1] * 150}\ny: [{', '.join(150 * ['*x'])}]\n", "there are more than 20,000 values"),
+    ],
+    ids=["tagged mapping", "tagged list", "values by aliases"],
+)
+def test_tags_and_very_many_values_are_refused(tmp_path, text, sentence):
+    (tmp_path / "a.yaml").write_text(text)
+    with pytest.raises(CaseError, match=sentence):
+        load_case(tmp_path / "a.yaml")
