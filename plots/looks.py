@@ -5,7 +5,6 @@ A script has constants, ``measure(study)``, which returns plain values, and ``dr
 
 import argparse
 import csv
-import io
 import sys
 from pathlib import Path
 
@@ -15,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from vesdyn.errors import CaseError, RunError
-from vesdyn.files import replace_file
+from vesdyn.pictures import store_figure
 from vesdyn.study import SNAPSHOTS, UNCHANGED, Study, common_times, holds_from, separation
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -145,9 +144,7 @@ def picture(draw, name, out, size):
         figure = Figure(figsize=size, layout="constrained")
         draw(figure)
         for suffix, options in (("png", {"dpi": 300}), ("pdf", {"metadata": {"CreationDate": None}})):
-            drawn = io.BytesIO()
-            figure.savefig(drawn, format=suffix, **options)
-            replace_file(out, f"{name}.{suffix}", drawn.getvalue())
+            store_figure(figure, out, f"{name}.{suffix}", **options)
     print(f"\n{name}.png, {name}.pdf")
 
 

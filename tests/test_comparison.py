@@ -1,6 +1,7 @@
 """Runs side by side: what is measured of each, the keys in which they differ, the files that a batch leaves."""
 
 import csv
+import shutil
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from vesdyn import comparison
 from vesdyn.batch import run_batch
 from vesdyn.case_file import load_sweep
 from vesdyn.cli import main
+from vesdyn.run import run_case
 
 TEXT = """name: a
 model: axisymmetric
@@ -55,6 +57,25 @@ def test_compare_at_the_command_line(done, tmp_path, capsys):
     assert capsys.readouterr().out == (out / comparison.RESULTS).read_text()
     assert main(["compare", paths[0], str(tmp_path)]) == 2
     assert "holds no run" in capsys.readouterr().err
+
+
+def test_each_run_is_told_in_its_own_units(done, tmp_path, capsys):
+    out, cases = done
+    larger = cases[0].changed(**{"units.diameter": "20 um"})
+    assert run_case(larger, tmp_path / "larger", progress=False).state == "finished"
+    assert main(["compare", str(out / cases[0].name), str(tmp_path / "larger")]) == 0
+    small, large = capsys.readouterr().out.splitlines()[1:]
+    assert "0.02 = 3.333 min" in small and "0.02 = 13.33 min" in large  # four times the area, four times the time
+
+
+def test_a_damaged_run_is_a_row_and_no_curve(done, tmp_path, capsys):
+    out, cases = done
+    shutil.copytree(out, tmp_path / "runs")
+    paths = [tmp_path / "runs" / case.name for case in cases]
+    (paths[0] / "history.csv").write_text("time\n1\n")
+    assert main(["compare", *map(str, paths), "--plot", str(tmp_path / "b.png")]) == 0
+    first, second = capsys.readouterr().out.splitlines()[1:]
+    assert "damaged" in first and " nan " in first and "finished" in second
 
 
 def test_first_time_of_a_level():

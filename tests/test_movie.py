@@ -45,4 +45,7 @@ def test_what_is_refused(run, tmp_path, monkeypatch, capsys):
     assert main(["movie", str(run.path), "--out", str(tmp_path / "no" / "b.gif")]) == 1
     assert "No such file or directory (b.gif)" in capsys.readouterr().err
     assert main(["movie", str(run.path), "--seconds", "0"]) == 2
+    assert "seconds: 0 is not a duration; give one greater than 0." in capsys.readouterr().err
+    with pytest.raises(CaseError, match="seconds: nan is not a duration"):
+        movie.write_movie(run, tmp_path / "a.gif", seconds=float("nan"))
     assert not list(tmp_path.iterdir())

@@ -90,10 +90,12 @@ def run_batch(
     ``jobs`` worker processes (by default one a core) on this machine, or the workers of the Dask scheduler at the
     address ``scheduler``, which must see the same files. ``restart`` computes finished runs anew as well. ``show``
     keeps a table on stderr, or a line for each case where that is no terminal; ``pictures`` draws a summary of each
-    run, and leaves results.csv and results.png of all in ``out`` (`vesdyn.comparison`). A case that fails is an outcome and does not stop the others. An interrupt (SIGINT, SIGTERM, SIGHUP) stores checkpoints and stops; a second one stops at once.
-    Processes are spawned: a script that calls this needs its ``if __name__ == "__main__"``.
+    run, and leaves results.csv and results.png of all in ``out`` (`vesdyn.comparison`). A case that fails is an outcome
+    and does not stop the others. An interrupt (SIGINT, SIGTERM, SIGHUP) stores checkpoints and stops; a second one
+    stops at once. Processes are spawned: a script that calls this needs its ``if __name__ == "__main__"``.
 
-    Raises `BatchError` if cases share a name, if there is no such cluster, or if one of its workers has another version or other sources.
+    Raises `BatchError` if cases share a name, if there is no such cluster, or if one of its workers has another version
+    or other sources, and vesdyn.files.WriteError if the results cannot be written.
     """
     for case in cases:
         check_is_case(case)

@@ -31,10 +31,9 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from vesdyn import plain_yaml
+from vesdyn import plain_yaml, units
 from vesdyn.budget import TOLERANCE_PER_ACCURACY
 from vesdyn.errors import CaseError
-from vesdyn import units
 from vesdyn.refusals import joined, number, printable, printable_path, refusals, shown, suggestion
 
 Auto = Literal["auto"]
@@ -350,8 +349,8 @@ class Case(_Section):
 
     def given_keys(self):
         """Return the keys that were given, as nested dicts of plain values that `Case` takes; quantities as texts."""
-        flat = {key: value for key, value in _flat(self.resolved()).items() if self.given(key)}
-        return _nested(flat | self.quantities)
+        given = {key: value for key, value in flattened(self.resolved()).items() if self.given(key)}
+        return _nested(given | self.quantities)
 
     def changed(self, **changes):
         """Return this case with ``changes``, dotted keys or nested dicts, over what was given; validated anew.
@@ -764,7 +763,7 @@ class Case(_Section):
             given["mesh"] = given["mesh"] | {"sha256": self.mesh.sha256}
         rest = {
             key: value
-            for key, value in _flat(self.resolved()).items()
+            for key, value in flattened(self.resolved()).items()
             if not self.given(key)
             and key not in ("receptors.drift_number", "mesh.sha256")
             and not (key.startswith("units.") and self.scales is None)
@@ -784,7 +783,7 @@ class Case(_Section):
 
     def _decisive(self):
         """Value of each dotted key that decides numbers."""
-        flat = _flat(self.resolved())
+        flat = flattened(self.resolved())
         flat["solver.tolerance"] = self.tolerance
         for key in (*_UNDECISIVE, *self.idle(), *(("accuracy",) if self._is_all_fixed else ())):
             flat.pop(key, None)
@@ -797,21 +796,20 @@ _UNDECISIVE = (
 )
 
 
-def _field(section, key):
-    """The field of a ``key`` of a ``section``, or of the section itself where the key is ""."""
+def _field(key):
+    """The field of the dotted ``key``."""
+    section, _, inner = key.partition(".")
     field = Case.model_fields[section]
-    return type(field.default).model_fields[key] if key else field
+    return type(field.default).model_fields[inner] if inner else field
 
 
 SECTIONS = {  # each top-level key, and the keys in it where it is a section
     key: list(type(field.default).model_fields) if isinstance(field.default, _Section) else []
     for key, field in Case.model_fields.items()
 }
+KEYS = [f"{section}.{key}" if key else section for section, keys in SECTIONS.items() for key in keys or [""]]
 UNIT_OF = {  # of the dotted keys that stand for quantities, the unit of the model
-    f"{section}.{key}" if key else section: unit
-    for section, keys in SECTIONS.items()
-    for key in keys or [""]
-    if (unit := units.unit_of(_field(section, key).description or ""))
+    key: unit for key in KEYS if (unit := units.unit_of(_field(key).description or ""))
 }
 
 
@@ -1108,7 +1106,7 @@ def _scales(given, problems):
 
 def _quantities(keys):
     """Texts of the quantities among ``keys``, by dotted key; lists as they were given."""
-    texts, flat = {}, _flat(keys) if isinstance(keys, dict) else {}
+    texts, flat = {}, flattened(keys) if isinstance(keys, dict) else {}
     for key, value in flat.items():
         if isinstance(value, units.Quantity):
             texts[key] = value.text
@@ -1146,7 +1144,7 @@ def _is_number(value):
 
 def _default(key):
     """The default of the dotted ``key`` of a section."""
-    return _field(*key.split(".")).default
+    return _field(key).default
 
 
 def _with(section, values):
@@ -1159,11 +1157,11 @@ def _marked(section, given):
     return type(section).model_construct(_fields_set=set(given), **dict(section))
 
 
-def _flat(nested, prefix=""):
+def flattened(nested, prefix=""):
     """Return a nested dict as one of dotted keys."""
     flat = {}
     for key, value in nested.items():
-        flat |= _flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
+        flat |= flattened(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
     return flat
 
 

@@ -277,15 +277,11 @@ def _believed(error):
     return " (error not known)" if math.isnan(error) else f" (believed to {error:.1%})"
 
 
-def _in_si(value, unit, scales):
-    """``value`` in SI, behind an equals sign; nothing where the case gives no scales."""
-    told = scales.shown(value, unit) if scales else None
-    return f" = {told}" if told else ""
-
-
 def _figures(outcome, scales):
+    from vesdyn.units import beside
+
     minutes, seconds = divmod(outcome.wall_time, 60)
-    time, area = _in_si(outcome.time, "a0^2/D", scales), _in_si(outcome.binding_area, "a0^2", scales)
+    time, area = beside(outcome.time, "a0^2/D", scales), beside(outcome.binding_area, "a0^2", scales)
     return "\n".join(
         (
             f"  t = {outcome.time:g}{time} after {outcome.steps} steps in {minutes:.0f} min {seconds:04.1f} s",
@@ -299,10 +295,12 @@ def _figures(outcome, scales):
 def _info(arguments):
     from vesdyn.refusals import argument
     from vesdyn.storage import RunDirectory
+    from vesdyn.units import beside
 
     directory = RunDirectory(arguments.dir)
     directory.check_there()
     case = directory.stored_case()
+    scales = case.scales
     status, faults, origin = directory.status(), directory.faults(), directory.origin() or {}
     history = {} if faults else directory.history()
     units = {} if faults else {row["column"]: row["unit"] for row in directory.described_columns()}
@@ -314,13 +312,13 @@ def _info(arguments):
     if status.get("reason"):
         print(f"  {status['reason']}")
     if history:
-        reached = _in_si(history["time"][-1], "a0^2/D", case.scales)
+        reached = beside(history["time"][-1], "a0^2/D", scales)
         print(f"  t = {history['time'][-1]:g}{reached} of {case.time.end:g} after {len(history['time'])} steps")
         print(f"  wall time {status.get('wall_time', 0.0):.1f} s up to the last checkpoint")
         for column in ("binding_area", "pressure", "density_min", "density_max", "residual"):
             if column in history:
                 value = history[column][-1]
-                print(f"  {column:<24} {value:.6g}{_in_si(value, units.get(column, ''), case.scales)}")
+                print(f"  {column:<24} {value:.6g}{beside(value, units.get(column, ''), scales)}")
         for column in ("volume_error", "receptor_number_error"):
             if column in history:
                 print(f"  {column:<24} {max(abs(history[column])):.1e} at most")
@@ -338,10 +336,14 @@ def _compare(arguments):
     from vesdyn import comparison
 
     runs = comparison.open_runs(arguments.runs)
-    rows = comparison.rows(runs)
-    print(comparison.as_csv(rows) if arguments.csv else comparison.as_text(rows, runs[0].case.scales), end="\n"[arguments.csv :])
+    histories = comparison.histories(runs)
+    rows = comparison.rows(runs, histories)
+    if arguments.csv:
+        print(comparison.as_csv(rows), end="")
+    else:
+        print(comparison.as_text(rows, [run.case.scales for run in runs]))
     if arguments.plot:
-        comparison.draw(runs, arguments.plot.parent, arguments.plot.name)
+        comparison.draw(runs, histories, arguments.plot.parent, arguments.plot.name)
     return 0
 
 
@@ -349,8 +351,6 @@ def _movie(arguments):
     from vesdyn import movie
     from vesdyn.results import open_run
 
-    if not arguments.seconds > 0.0:
-        return _refuse(f"--seconds {arguments.seconds:g}: is not a duration; give one greater than 0.", 2)
     run = open_run(arguments.dir)
     elevation = movie.ABOVE if arguments.elevation is None else arguments.elevation
     file = arguments.out or run.path / movie.default_name()

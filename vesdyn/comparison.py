@@ -5,17 +5,19 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
-from vesdyn.case import SECTIONS
+from vesdyn.case import KEYS
 from vesdyn.errors import CaseError, RunError
 from vesdyn.files import replace_file
-from vesdyn.pictures import BINDING_AREA, LOOKS, TIME
-from vesdyn.results import Run, open_run
+from vesdyn.pictures import BINDING_AREA, LOOKS, TIME, store_figure
+from vesdyn.results import History, Run, open_run
+from vesdyn.units import Scales, beside
 
 RESULTS, PICTURE = "results.csv", "results.png"  # that a batch leaves
 MEASURES = {  # of a run: unit and meaning
@@ -39,27 +41,25 @@ def open_runs(paths: Sequence[str | Path]) -> list[Run]:
 
 def differing_keys(runs: Sequence[Run]) -> list[str]:
     """Dotted keys, the name aside, whose values are not the same in all of ``runs``."""
-    values = [run.case.resolved() for run in runs]
-    keys = [(section, key) for section, keys in SECTIONS.items() for key in keys or [None] if section != "name"]
-
-    def value(one, section, key):
-        return one[section] if key is None else one[section][key]
-
-    return [
-        section if key is None else f"{section}.{key}"
-        for section, key in keys
-        if any(value(one, section, key) != value(values[0], section, key) for one in values[1:])
-    ]
+    cases = [run.case for run in runs]
+    return [key for key in KEYS if key != "name" and any(case.get(key) != cases[0].get(key) for case in cases[1:])]
 
 
-def measured(run: Run) -> dict[str, float | str]:
-    """Name, state and the `MEASURES` of ``run``, as far as it has come; nan where it has no step.
+def histories(runs: Sequence[Run]) -> list[History | None]:
+    """The histories of ``runs``; None for one that is not as it was written."""
+    found = []
+    for run in runs:
+        try:
+            found.append(run.history)
+        except RunError:
+            found.append(None)
+    return found
 
-    Raises vesdyn.storage.DamagedRunError if its history is not as it was written.
-    """
-    history = run.history
-    row = {"name": run.case.name, "state": run.status.get("state", "not begun")} | dict.fromkeys(MEASURES, np.nan)
-    if not len(history.get("time", ())):
+
+def measured(history: History | None) -> dict[str, float]:
+    """The `MEASURES` of a run with this ``history``, as far as it has come; nan where it has no step, or is damaged."""
+    row = dict.fromkeys(MEASURES, np.nan)
+    if not history:
         return row
     time, area = (np.concatenate([[0.0], history[name]]) for name in ("time", "binding_area"))
     row |= {name: history[name][-1] for name in ("time", "binding_area", "area_error", "contact_radius") if name in history}
@@ -75,17 +75,18 @@ def _first_time(time, area, level):
     return float(np.interp(level, area[k - 1 : k + 1], time[k - 1 : k + 1])) if k else float(time[0])
 
 
-def rows(runs: Sequence[Run]) -> list[dict]:
-    """A row for each of ``runs``: name, state, the keys in which they differ, `MEASURES`."""
-    keys, found = differing_keys(runs), []
-    for run in runs:
-        try:
-            row = measured(run)
-        except RunError:
-            row = {"name": run.case.name, "state": "damaged"} | dict.fromkeys(MEASURES, np.nan)
-        given = {key: run.case.quantities.get(key, run.case.get(key)) for key in keys}
-        found.append({"name": row.pop("name"), "state": row.pop("state")} | given | row)
-    return found
+def rows(runs: Sequence[Run], found: Sequence[History | None]) -> list[dict]:
+    """A row for each of ``runs`` with the histories ``found``: name, state, the keys in which they differ, `MEASURES`."""
+    keys, told = differing_keys(runs), []
+    for run, history in zip(runs, found):
+        state = "damaged" if history is None else run.status.get("state", "not begun")
+        told.append({"name": run.case.name, "state": state} | {key: _given(run.case, key) for key in keys} | measured(history))
+    return told
+
+
+def _given(case, key):
+    """The value of the dotted ``key``, as a quantity where it was given as one."""
+    return case.quantities.get(key, case.get(key))
 
 
 def as_csv(found: Sequence[dict]) -> str:
@@ -97,24 +98,25 @@ def as_csv(found: Sequence[dict]) -> str:
     return text.getvalue()
 
 
-def as_text(found: Sequence[dict], scales=None) -> str:
-    """The `rows` as a table to read, with units; times and areas also in SI where there are ``scales``."""
+def as_text(found: Sequence[dict], scales: Sequence[Scales | None]) -> str:
+    """The `rows` as a table to read, with units; lengths and times also in SI where a run has ``scales``, its own."""
 
-    def shown(name, value):
+    def shown(name, value, own):
         if not isinstance(value, float):
             return str(value)
-        told = scales.shown(value, MEASURES[name][0]) if scales and name in MEASURES and np.isfinite(value) else None
-        return f"{value:.4g}" + (f" = {told}" if told else "")
+        return f"{value:.4g}" + (beside(value, MEASURES[name][0], own) if name in MEASURES and np.isfinite(value) else "")
 
     units = {name: f" [{unit}]" for name, (unit, _) in MEASURES.items() if unit != "1"}
     table = [[f"{name}{units.get(name, '')}" for name in found[0]]]
-    table += [[shown(name, value) for name, value in row.items()] for row in found]
+    table += [[shown(name, value, own) for name, value in row.items()] for row, own in zip(found, scales)]
     widths = [max(map(len, column)) for column in zip(*table)]
     return "\n".join("  ".join(f"{cell:<{width}}" for cell, width in zip(line, widths)).rstrip() for line in table)
 
 
-def draw(runs: Sequence[Run], directory: str | Path, name: str = PICTURE) -> None:
+def draw(runs: Sequence[Run], found: Sequence[History | None], directory: str | Path, name: str = PICTURE) -> None:
     """Draw the binding areas of ``runs`` over time, each with the error it believes in, as ``name`` in ``directory``.
+
+    ``found`` are their histories; a run without a step, or a damaged one, has no curve.
 
     Raises vesdyn.files.WriteError if it cannot be written.
     """
@@ -123,11 +125,12 @@ def draw(runs: Sequence[Run], directory: str | Path, name: str = PICTURE) -> Non
         figure = Figure(figsize=(6.4, 4.2), dpi=150, layout="constrained")
         axes = figure.subplots()
         colors = matplotlib.colormaps["viridis"](np.linspace(0.0, 0.9, len(runs)))
-        for run, color in zip(runs, colors):
-            history = run.history
+        for run, history, color in zip(runs, found, colors):
+            if not history:
+                continue
             time, area = history["time"], history["binding_area"]
             error = np.nan_to_num(history["area_error"]) if "area_error" in history else 0.0 * area
-            given = ", ".join(f"{key} {run.case.quantities.get(key, run.case.get(key))}" for key in keys)
+            given = ", ".join(f"{key} {_given(run.case, key)}" for key in keys)
             label = run.case.name if len(given) > 40 or not given else given
             axes.fill_between(time, area * (1.0 - error), area * (1.0 + error), color=color, alpha=0.2, lw=0)
             axes.plot(time, area, color=color, label=label if len(runs) <= _MOST_CURVES else None)
@@ -138,9 +141,7 @@ def draw(runs: Sequence[Run], directory: str | Path, name: str = PICTURE) -> Non
             axes.legend(loc="lower right")
         else:
             axes.set_title(f"{len(runs)} runs, from dark to light in the order of the table")
-        picture = io.BytesIO()
-        figure.savefig(picture, format="png")
-    replace_file(Path(directory), name, picture.getvalue())
+        store_figure(figure, Path(directory), name)
 
 
 def leave_results(paths: Sequence[str | Path], directory: str | Path) -> None:
@@ -150,12 +151,10 @@ def leave_results(paths: Sequence[str | Path], directory: str | Path) -> None:
     """
     runs = []
     for path in paths:
-        try:
-            run = open_run(path)
-            if len(run.history.get("time", ())):
-                runs.append(run)
-        except (CaseError, RunError):
-            continue  # its outcome has told
-    if runs:
-        replace_file(Path(directory), RESULTS, as_csv(rows(runs)).encode())
-        draw(runs, directory)
+        with suppress(CaseError, RunError):  # its outcome has told
+            runs.append(open_run(path))
+    begun = [(run, history) for run, history in zip(runs, histories(runs)) if history]
+    if begun:
+        runs, found = zip(*begun)
+        replace_file(Path(directory), RESULTS, as_csv(rows(runs, found)).encode())
+        draw(runs, found, directory)

@@ -16,6 +16,7 @@ import numpy as np
 from vesdyn.ensemble import Ensemble
 from vesdyn.errors import CaseError
 from vesdyn.files import make_directory, replace_file
+from vesdyn.pictures import store_figure
 from vesdyn.inference import ENOUGH, INTERVAL, SETS, UNDETERMINED, Scan, infer, sample, sample_directly, sensitivity, trials
 
 _PRIOR_WIDTH = INTERVAL[1] - INTERVAL[0]  # of the places of an unknown
@@ -355,9 +356,7 @@ def _write_csv(path, header, rows):
 def _store(figure, directory, name, **options):
     """Store ``figure`` as ``name``.png and .pdf."""
     for suffix in ("png", "pdf"):
-        drawn = io.BytesIO()
-        figure.savefig(drawn, format=suffix, dpi=200, **options)
-        replace_file(Path(directory), f"{name}.{suffix}", drawn.getvalue())
+        store_figure(figure, Path(directory), f"{name}.{suffix}", dpi=200, **options)
 
 
 # Pictures ------------------------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,12 +12,14 @@ from matplotlib.animation import FFMpegWriter, PillowWriter
 from matplotlib.figure import Figure
 
 from vesdyn.errors import CaseError
-from vesdyn.files import write_error
+from vesdyn.files import replace_file, write_error
 from vesdyn.kinds import topology_of
 from vesdyn.pictures import (
     ABOVE,
     BINDING_AREA,
+    DARK,
     LOOKS,
+    MIDDLE,
     TIME,
     add_color_bar,
     color_scale,
@@ -27,6 +30,7 @@ from vesdyn.pictures import (
 )
 from vesdyn.refusals import printable_path
 from vesdyn.results import Run
+from vesdyn.units import beside
 
 FEWEST = 2  # shapes that make a movie
 _DOTS = 110  # an inch
@@ -45,7 +49,7 @@ def write_movie(
     The camera looks from ``elevation`` [degrees] above the substrate, -90 from below, with the vesicle turned by
     ``turn`` [degrees] about the axis. ``told`` wraps the sequence of shapes, as a progress bar does.
 
-    Raises CaseError where the run holds fewer than two shapes or the file cannot be made so, and
+    Raises CaseError where the run holds fewer than two shapes, ``seconds`` are none or the file cannot be made so, and
     vesdyn.files.WriteError where it cannot be written.
     """
     file, frames = Path(file), run.frames
@@ -58,13 +62,14 @@ def write_movie(
         raise CaseError(f"{printable_path(file)}: is neither .mp4 nor .gif; give a name that ends in one of them.")
     if file.suffix == ".mp4" and not FFMpegWriter.isAvailable():
         raise CaseError(f"{printable_path(file)}: MP4 is made by the program ffmpeg, which is not here; install it, or write a .gif.")
+    if not seconds > 0.0:
+        raise CaseError(f"seconds: {seconds:g} is not a duration; give one greater than 0.")
     topology = topology_of(frames[0].connectivity)
     shapes = [_turned(shape_of(frame, topology), turn) for frame in frames]
     history, scales = run.history, run.case.scales
     writer = (FFMpegWriter if file.suffix == ".mp4" else PillowWriter)(fps=max(1.0, len(shapes) / seconds))
-    part = file.with_name(f".{file.name}.part{file.suffix}")
     try:
-        with matplotlib.style.context(["default", LOOKS]):
+        with tempfile.TemporaryDirectory(prefix=".movie-", dir=file.parent) as folder, matplotlib.style.context(["default", LOOKS]):
             figure = Figure(figsize=(8.0, 4.0), dpi=_DOTS)
             norm = color_scale(shapes)
             width = 1.12 * max(np.abs(shape.vertices[:, :2]).max() for shape in shapes)
@@ -74,26 +79,24 @@ def write_movie(
             scene = figure.add_axes((0.01, 0.02, 0.5, 0.86), aspect="equal")
             add_color_bar(figure, norm, (0.53, 0.2, 0.013, 0.6))
             axes = figure.add_axes((0.68, 0.17, 0.3, 0.68), xlabel=TIME, ylabel=BINDING_AREA)
-            axes.plot(history["time"], history["binding_area"], color="#12355b")
+            axes.plot(history["time"], history["binding_area"], color=DARK)
             axes.set_xlim(left=0.0)
             axes.set_ylim(bottom=0.0)
-            (now,) = axes.plot([], [], "o", color="#c44536", clip_on=False)
-            with writer.saving(figure, part, _DOTS):
+            (now,) = axes.plot([], [], "o", color=MIDDLE, clip_on=False)
+            with writer.saving(figure, Path(folder, file.name), _DOTS):
                 for shape in told(shapes):
                     scene.clear()
                     scene.set_axis_off()
                     scene.set(xlim=(-width, width), ylim=(min(low, -margin), max(high, margin)))
                     draw_substrate(scene, width, elevation)
                     draw_vesicle(scene, shape, norm, elevation)
-                    time = f"$t$ = {shape.time:.4g} $a_0^2/D$" + (f" = {scales.shown(shape.time, 'a0^2/D')}" if scales else "")
+                    time = f"$t$ = {shape.time:.4g} $a_0^2/D$" + beside(shape.time, "a0^2/D", scales)
                     scene.set_title(time, loc="center", weight="normal", size=11)
                     now.set_data([shape.time], [np.interp(shape.time, history["time"], history["binding_area"], left=0.0)])
                     writer.grab_frame()
-        part.replace(file)
+            replace_file(file.parent, file.name, Path(folder, file.name).read_bytes())
     except OSError as error:
         raise write_error(file.parent, file.name, error) from None
-    finally:
-        part.unlink(missing_ok=True)
     return file
 
 

@@ -26,13 +26,14 @@ from vesdyn.front import front_points
 from vesdyn.kinds import topology_of
 from vesdyn.neo_hookean import strain_energy
 from vesdyn.storage import RunDirectory
+from vesdyn.units import beside
 
 SNAPSHOTS = 4  # as many as in Fig. 2 of the paper
 ABOVE, BELOW = 13.0, -90.0  # elevations [degrees]; the first is low enough to see the contact under the overhang
 ROUND_OFF = 1e-17  # a smaller error is drawn there: a logarithmic axis has no zero
 
 _COLOR_MAP = matplotlib.colormaps["viridis"]
-_DARK, _MIDDLE, _LIGHT = "#12355b", "#c44536", "#e0a030"  # told apart by lightness as well
+DARK, MIDDLE, _LIGHT = "#12355b", "#c44536", "#e0a030"  # told apart by lightness as well
 _LIGHT_FROM = np.array([-0.45, -0.65, 0.61])  # over the viewer's left shoulder
 _DIMMED = 0.6  # the part of a colour that is left where light comes from the side or from behind
 _SUBSTRATE, _SUBSTRATE_LINE = "#ececec", "#9a9a9a"
@@ -93,10 +94,18 @@ def summary(directory):
         _draw_binding_area(lower.add_subplot(place[0]), history, case.output.frames, case.scales)
         _draw_relaxation(lower, place[1], history, case.solver.tolerance)
         _draw_errors(lower.add_subplot(place[2]), history, elastic_energy_0)
-        picture = io.BytesIO()
-        figure.savefig(picture, format="png")
-    replace_file(directory.path, directory.summary_file.name, picture.getvalue())
+        store_figure(figure, directory.path, directory.summary_file.name)
     return directory.summary_file
+
+
+def store_figure(figure, directory, name, **options):
+    """Store ``figure`` as the file ``name`` of ``directory`` (a path), whole or not at all; ``options`` of savefig.
+
+    Raises vesdyn.files.WriteError if it cannot be written.
+    """
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format=name.rpartition(".")[2], **options)
+    replace_file(directory, name, drawn.getvalue())
 
 
 # Shapes --------------------------------------------------------------------------------------------------
@@ -238,7 +247,7 @@ def _draw_shapes(figure, shapes, bound_below, scales):
             if elevation == BELOW:
                 _draw_front(axes, shape, bound_below)
             if row == 0:
-                time = f"{shape.time:g} $a_0^2/D$" + (f" = {scales.shown(shape.time, 'a0^2/D')}" if scales else "")
+                time = f"{shape.time:g} $a_0^2/D$" + beside(shape.time, "a0^2/D", scales)
                 axes.set_title(f"$t$ = {time}", loc="center", weight="normal", pad=7)
             if column == 0:
                 axes.text(0.0, 0.5, view, transform=axes.transAxes, rotation=90, ha="right", va="center")
@@ -263,9 +272,9 @@ def _draw_binding_area(axes, history, asked, scales):
     """A(t), also in SI where there are ``scales``, and on it the ``asked`` times [a0^2/D] of stored shapes."""
     t, A = history["time"], history["binding_area"]
     reached = [time for time in asked if time <= t[-1]]
-    axes.plot(t, A, color=_DARK)
+    axes.plot(t, A, color=DARK)
     area = np.interp(reached, t, A)
-    axes.plot(reached, area, "o", mfc="white", mec=_DARK, ms=5, clip_on=False, label="stored shapes")
+    axes.plot(reached, area, "o", mfc="white", mec=DARK, ms=5, clip_on=False, label="stored shapes")
     axes.set(xlabel=TIME, ylabel=BINDING_AREA, title="(b)")
     axes.set(xlim=(0.0, t[-1]), ylim=(0.0, 1.08 * A.max() or 1.0))
     axes.legend(loc="lower right")
@@ -289,13 +298,13 @@ def _draw_relaxation(figure, place, history, tolerance):
     """Residual and iterations of each step, one above the other; ``tolerance`` is that of the residual, if a number."""
     upper, lower = place.subgridspec(2, 1, hspace=0.15).subplots(sharex=True)
     t, residual = history["time"], np.maximum(history["residual"], ROUND_OFF)
-    upper.semilogy(t, residual, ".", color=_DARK, ms=3, clip_on=False)
+    upper.semilogy(t, residual, ".", color=DARK, ms=3, clip_on=False)
     upper.set(ylabel="residual", ylim=(residual.min() / 30.0, residual.max() * 10.0), title="(c)")
     upper.yaxis.set_minor_locator(NullLocator())
     if isinstance(tolerance, float):
-        upper.axhline(tolerance, color=_MIDDLE, ls="--", lw=1.0, zorder=1, label="tolerance")
+        upper.axhline(tolerance, color=MIDDLE, ls="--", lw=1.0, zorder=1, label="tolerance")
         upper.legend(loc="upper right")
-    lower.plot(t, history["iterations"], ".", color=_DARK, ms=3, clip_on=False)
+    lower.plot(t, history["iterations"], ".", color=DARK, ms=3, clip_on=False)
     lower.set(xlabel=TIME, ylabel="iterations", xlim=(0.0, t[-1]))
     lower.set_ylim(0.0, 1.08 * history["iterations"].max() or 1.0)
     lower.locator_params(axis="x", nbins=5)
@@ -308,8 +317,8 @@ def _draw_errors(axes, history, elastic_energy_0):
     surplus = history["elastic_energy"] - elastic_energy_0 + history["dissipation"] - work
     imbalance = np.divide(surplus, work, out=np.full_like(work, np.nan), where=work != 0.0)
     curves = (
-        (imbalance, "work: (gained + dissipated) / adhesion $-$ 1", _MIDDLE, "--"),
-        (history["volume_error"], "volume: $V/V_0-1$", _DARK, "-"),
+        (imbalance, "work: (gained + dissipated) / adhesion $-$ 1", MIDDLE, "--"),
+        (history["volume_error"], "volume: $V/V_0-1$", DARK, "-"),
         (history["receptor_number_error"], "receptors: $N/N_0-1$", _LIGHT, "-"),
     )
     for error, label, color, style in curves:

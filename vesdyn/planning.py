@@ -34,7 +34,7 @@ MESH_ORDER = 2.0  # in the edge: what the difference of two scouts is read by
 TRUST = 0.5, 50.0  # the measured error of a mesh is taken within these multiples of that of the model
 MARGIN, MORE_ANGLE = 1.15, 10.0  # the fine zone against the slope that the front reaches [1, degrees]
 MORE_ZONE = 1.5  # times as far: the fine zone of the next scout after a front that left it
-SAME_TIME = 0.2  # relative difference of the times at which two scouts fold, at most
+SAME_FOLD = 0.2  # relative difference of the times at which two scouts fold, at most
 _SCOUTS, _FAILURES = 7, 3  # at most
 BENDING_SHARE = 0.5  # of the wish: an effect of bending above it is computed
 COMPRESSION = 0.01  # of K: free membrane below minus this tension would wrinkle
@@ -136,7 +136,7 @@ def leaves_zone(reach, fine_angle):
 def agree_on_fold(coarser, finer):
     """Whether two scouts fold at about the same time, or neither does."""
     if coarser.folded and finer.folded:
-        return abs(finer.final_time - coarser.final_time) <= SAME_TIME * finer.final_time
+        return abs(finer.final_time - coarser.final_time) <= SAME_FOLD * finer.final_time
     return not coarser.folded and not finer.folded
 
 

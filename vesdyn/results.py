@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vesdyn.case import Case
+from vesdyn.case import SAME_TIME, Case
 from vesdyn.errors import CaseError
 from vesdyn.refusals import shown
-from vesdyn.storage import SAME_TIME, Frame, RunDirectory
+from vesdyn.storage import Frame, RunDirectory
 from vesdyn.units import Scales
 
 

@@ -206,7 +206,8 @@ def _start(case, directory, columns):
 def _described(case, columns):
     """Name, unit and meaning of each column of the history, and the unit in SI where the case gives its scales."""
     described = [(column.name, column.unit, column.meaning) for column in (*COLUMNS, *columns)]
-    return [(*one, case.scales.in_si(one[1])) for one in described] if case.scales else described
+    scales = case.scales
+    return [(*one, scales.in_si(one[1])) for one in described] if scales else described
 
 
 def _rest(case, directory, moment):

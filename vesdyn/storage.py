@@ -42,7 +42,7 @@ import psutil
 import yaml
 
 from vesdyn import files, plain_yaml
-from vesdyn.case import continuation_conflicts
+from vesdyn.case import continuation_conflicts, flattened
 from vesdyn.case_file import LARGEST_FILE, load_case
 from vesdyn.errors import CaseError, RunError
 from vesdyn.files import Damage, WriteError
@@ -54,7 +54,6 @@ UNITS = "length a0, time a0^2/D, energy kT, density c_r0"
 _LONGEST_ROW = 4096  # bytes
 _LOCK_IS_STALE = 120.0  # a lock file that its owner has not touched for so long [s]
 _LOCK_IS_TOUCHED = 10.0  # how often its owner does [s]
-SAME_TIME = 1e-9  # relative: times closer than this are one
 
 
 class RunDirectoryError(RunError):
@@ -939,21 +938,13 @@ def _latest(origin):
 
 
 def _differences(stored, wanted):
-    there, here = _flat(stored.resolved()), _flat(wanted.resolved())
+    there, here = flattened(stored.resolved()), flattened(wanted.resolved())
     return [(key, there.get(key), here[key]) for key in here if there.get(key) != here[key]]
 
 
 def _asks_for_more(stored, wanted):
     """True where a finished run of ``stored`` has not all that ``wanted`` asks for."""
     return any(key in ("time.end", "output.frames") for key, *_ in _differences(stored, wanted))
-
-
-def _flat(nested, prefix=""):
-    """Return a nested dict as one of dotted keys."""
-    flat = {}
-    for key, value in nested.items():
-        flat |= _flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
-    return flat
 
 
 # Files ---------------------------------------------------------------------------------------------------

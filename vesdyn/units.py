@@ -122,6 +122,12 @@ class Scales(NamedTuple):
         return quantity
 
 
+def beside(value: float, unit: str, scales: Scales | None) -> str:
+    """The ``value`` [unit of the model] in SI behind an equals sign, " = 67.1 um^2"; empty where there is no scale for it."""
+    told = scales.shown(value, unit) if scales else None
+    return f" = {told}" if told else ""
+
+
 def is_model_unit(unit: str) -> bool:
     """Whether ``unit`` is made of a0, D, kT and c_r0, as those of `vesdyn.diagnostics.COLUMNS` are."""
     return _MODEL_UNIT.fullmatch(unit) is not None
