@@ -358,7 +358,7 @@ def _tell_step(case, seen, decisions):
         )
     if seen and seen.steady and case.time.end > seen.final_time:
         decisions.append(
-            f"end: the scout is steady at t = {seen.final_time:.2f} with binding area {seen.final_area:.3f};"
+            f"end: the scout is steady at t = {seen.final_time:.2f} with binding area {seen.final_area:.3f}, on its coarse mesh;"
             f" the rest up to {case.time.end:g} costs little."
         )
 
