@@ -127,10 +127,10 @@ def draw_shapes(ax, shapes, a0, color):
     """Meridians [um] on both sides of the axis, the later the darker."""
     for number, x in enumerate(shapes):
         r, z = a0 * x[:, [0, -1]].T
-        shade = (number + 1) / len(shapes)
+        shade = 0.3 + 0.7 * number / max(1, len(shapes) - 1)
         ax.plot(np.concatenate([-r[::-1], r]), np.concatenate([z[::-1], z]), color=color, alpha=shade, linewidth=0.8)
     ax.axhline(0.0, color="0.4", linewidth=0.8)
-    ax.set(aspect="equal", xlabel="$x$ [$\\mu$m]")
+    ax.set(aspect="equal", xlabel="$x$ [$\\mu$m]", ylabel="$z$ [$\\mu$m]")
     ax.set_anchor("S")
 
 
